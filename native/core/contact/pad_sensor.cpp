@@ -233,19 +233,23 @@ bool PadSensor<Value>::press_shapes(const Touch& touch, BodyPress& press) {
 template <typename Value>
 double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, double floor) {
   const double reach = kReach * pad_->depth(), borne = press_within(touch, press, floor, reach);
-  const bool beyond = borne > 0.0 && may_touch_beyond(reach, touch, press);
+  const bool beyond = borne > 0.0 && touches_beyond(reach, touch, press);
   return beyond ? press_within(touch, press, floor, pad_->depth()) : borne;
 }
 
-// Whether the contact is so deep, or tilts the body so far, that parts of its meshes out of reach may touch.
+// Whether the contact is so deep, or tilts the body so far, that parts of its meshes out of reach touch, or may touch if
+// the tilt is not known exactly.
 template <typename Value>
-bool PadSensor<Value>::may_touch_beyond(double reach, const Touch& touch, const BodyPress& press) const {
-  if (!press.gap.cut()) return false;
+bool PadSensor<Value>::touches_beyond(double reach, const Touch& touch, BodyPress& press) const {
   const Rectangle over = press.gap.bounds();
   const Point at = centre_of_pressure(touch.wrench);
   const double farthest =
       std::hypot(std::max(at.x - over.west, over.east - at.x), std::max(at.y - over.south, over.north - at.y));
-  return press.patch.contact().indentation() + press.patch.tilt() * farthest > reach;
+  const double lowered = press.patch.contact().indentation() + press.patch.tilt() * farthest;
+  InclinedPlane plane = press.patch.reached();
+  if (!press.patch.settled()) plane = {{0.0, 0.0}, kNowhere};
+  if (curved()) plane.height += press.plane.whole().highest;
+  return lowered > reach && press.gap.left_out_below(plane);
 }
 
 // As press_above(), with meshes up to a height above their lowest point [m].

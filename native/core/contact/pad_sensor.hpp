@@ -178,7 +178,7 @@ class PadSensor {
   bool press_shapes(const Touch& touch, BodyPress& press);
   double press_above(const Touch& touch, BodyPress& press, double floor);
   double press_within(const Touch& touch, BodyPress& press, double floor, double reach);
-  bool may_touch_beyond(double reach, const Touch& touch, const BodyPress& press) const;
+  bool touches_beyond(double reach, const Touch& touch, BodyPress& press) const;
   bool press_points(const Touch& seen, const BodyPress& press);
   bool press_map(const Touch& touch, BodyPress& press);
   const Touch& turned(const Touch& touch, BodyPress& press) const;

@@ -172,6 +172,7 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
     find_spots(problem, looks.view);
     judge(problem, press(problem, looks.view), look + 2 < kLooks, looks);
   }
+  settled_ = !looks.goes_on && looks.best_merit.missed == 0.0;
   if (looks.last_is_best) return true;
   std::swap(laid_, best_);
   place(surface, workspace);
@@ -281,7 +282,7 @@ void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& l
   if (!looks.last_is_best) return;
   looks.best = looks.onward = looks.view;
   looks.best_merit = found;
-  looks.goes_on = next_view(found, problem.options, looks.onward);
+  looks.goes_on = next_view(found, problem.options, looks.onward) && !looks.onward.sees_as(looks.view);
 }
 
 // Difference of height that a tilt makes between the pressed cells [m].
@@ -546,7 +547,7 @@ double PatchPress::touched_height(const LawOptions& options) const {
 // The part of the body that first touches the surface during the tilt that the last look found.
 PatchPress::NextPart PatchPress::next_part() const {
   const double* slopes = laid_.contact.slopes();
-  double force = 0.0, deepest = -kNowhere;
+  double force = 0.0;
   Point centre = {0.0, 0.0};
   for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
     if (!laid_.contact.pressed()[i]) continue;
@@ -554,13 +555,34 @@ PatchPress::NextPart PatchPress::next_part() const {
     const double own = laid_.contact.normal()[i];
     force += own;
     centre.x += own * at.x, centre.y += own * at.y;
-    deepest = std::max(deepest, slopes[0] * at.x + slopes[1] * at.y - laid_.heights[i]);
   }
   if (!(force > 0.0)) return {kNowhere, 0.0};
   centre = {centre.x / force, centre.y / force};
-  const double sunk = laid_.contact.indentation() - deepest + slopes[0] * centre.x + slopes[1] * centre.y;
+  const double sunk = lowered_at_origin() + slopes[0] * centre.x + slopes[1] * centre.y;
   widen_regions(kOtherPart);
   return {search_.share_until(seen_plane(), {{slopes[0], slopes[1]}, centre}, sunk, wider_), sunk};
+}
+
+// How far the body comes down over the origin, from the pose in which the last look sees it [m]. Over other points it
+// comes down by the tilt's rise more.
+double PatchPress::lowered_at_origin() const {
+  const double* slopes = laid_.contact.slopes();
+  double deepest = -kNowhere;
+  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
+    const Point& at = laid_.cells.face().centroids[i];
+    if (!laid_.contact.pressed()[i]) continue;
+    deepest = std::max(deepest, slopes[0] * at.x + slopes[1] * at.y - laid_.heights[i]);
+  }
+  return laid_.contact.indentation() - deepest;
+}
+
+InclinedPlane PatchPress::reached() const {
+  const PatchFace::HeightWindow& seen = laid_.seen;
+  const double* slopes = laid_.contact.slopes();
+  const bool tilts = slopes[0] != 0.0 || slopes[1] != 0.0;
+  const double lowered = tilts ? lowered_at_origin() : laid_.contact.lowered();
+  return {{seen.slopes[0] + slopes[0], seen.slopes[1] + slopes[1]},
+          seen.lowest - seen.slopes[0] * seen.middle.x - seen.slopes[1] * seen.middle.y + lowered};
 }
 
 // Whether the body comes down to other parts of it than those with cells. A part that rises from its edge, as a wedge

@@ -44,6 +44,11 @@ class PatchPress {
   void integrate_shear(ShearIntegrals& integrals) const { laid_.cells.integrate_shear(integrals); }
   // Slope by which the body tilts from its pose in the simulation [-].
   double tilt() const;
+  // The plane down to which the surface yields: parts of the body that come below it in the body's pose in the simulation
+  // touch, or would if they were not left out [m].
+  InclinedPlane reached() const;
+  // Whether the contact carries the load and agreed with its view, so that no other look was wanted.
+  bool settled() const { return settled_; }
   // Height of the body's lowest point over the sheet, above the surface and without a tilt [m]; infinite if there is
   // none.
   double least() const { return search_.least(); }
@@ -59,6 +64,13 @@ class PatchPress {
     double least_height;    // cells are laid at least up to it, because lower ones ended too early; 0: not known [m]
     double spot_height;     // spots are gathered up to this height, from the last look; 0 if there was none [m]
     double last_tilt[2];    // tilt that the last look found, relative to its plane [-]; 0 if there was none
+
+    // Whether a look from here sees the same as one from another view.
+    bool sees_as(const Viewpoint& other) const {
+      return plane.slopes[0] == other.plane.slopes[0] && plane.slopes[1] == other.plane.slopes[1] &&
+             height_factor == other.height_factor && most_height == other.most_height &&
+             end_height == other.end_height && least_height == other.least_height && spot_height == other.spot_height;
+    }
   };
   // Measures by which contacts of different looks are compared; all 0 if they are not compared.
   struct Merit {
@@ -122,6 +134,7 @@ class PatchPress {
   bool reaches_other_part() const;
   void widen_regions(double factor) const;
   Plane seen_plane() const;
+  double lowered_at_origin() const;
   bool next_view(const Merit& found, const LawOptions& options, Viewpoint& view) const;
   // Elastic energy of the contact plus the potential energy of the load at the body's height [J]. Of all contacts that
   // carry the load, the true one has the least, whatever the cells.
@@ -144,7 +157,7 @@ class PatchPress {
 
   ContactSearch search_;
   Laid laid_, best_;   // of the last look; of the best look, while another is taken
-  bool bends_ = false;
+  bool bends_ = false, settled_ = false;
   std::vector<Spot> spots_;
   std::vector<Region> regions_;
   mutable std::vector<Region> wider_;   // a member, so that no step allocates it anew

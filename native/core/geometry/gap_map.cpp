@@ -60,9 +60,9 @@ bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rec
   return count_ > 0;
 }
 
-bool GapMap::cut() const {
+bool GapMap::left_out_below(const InclinedPlane& plane) {
   const auto end = placed_.begin() + static_cast<std::ptrdiff_t>(count_);
-  return std::any_of(placed_.begin(), end, [](const PlacedShape& shape) { return shape.cut(); });
+  return std::any_of(placed_.begin(), end, [&](PlacedShape& shape) { return shape.left_out_below(plane); });
 }
 
 double GapMap::height(double x, double y) const {

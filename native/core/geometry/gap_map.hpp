@@ -22,8 +22,9 @@ class GapMap : public HeightMap {
   Rectangle bounds() const override { return bounds_; }
   Rectangle whole() const override { return whole_; }
   const std::vector<Point>& candidates() const override { return candidates_; }
-  // Whether parts of a mesh over the sheet were left out because they are beyond the range's reach.
-  bool cut() const;
+  // Whether parts of meshes over the sheet that were left out, because they are beyond the range's reach, come below a
+  // plane.
+  bool left_out_below(const InclinedPlane& plane);
 
  private:
   Rectangle sheet_ = {}, bounds_ = {}, whole_ = {};

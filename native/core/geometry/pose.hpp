@@ -28,6 +28,13 @@ struct Placement {
   }
 };
 
+// An inclined plane over the pad: slopes along x and y [-], and height over the origin [m].
+struct InclinedPlane {
+  double slopes[2], height;
+
+  double over(double x, double y) const { return height + slopes[0] * x + slopes[1] * y; }
+};
+
 // The placement that moves nothing.
 constexpr Placement kUnmoved = {1.0, 0.0, {0.0, 0.0}};
 

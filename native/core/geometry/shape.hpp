@@ -45,8 +45,11 @@ class PlacedShape {
   // Lower and upper corner (3) of the bounding box in the pad frame [m]; infinite for a half space.
   const double* low() const { return low_; }
   const double* high() const { return high_; }
-  // Whether parts of a mesh over the rectangle were left out because they are beyond the range's reach.
-  bool cut() const { return kind_ == ShapeKind::triangles && shadow_.cut(); }
+  // Whether parts of a mesh over the rectangle that were left out, because they are beyond the range's reach, come below
+  // a plane.
+  bool left_out_below(const InclinedPlane& plane) {
+    return kind_ == ShapeKind::triangles && shadow_.left_out_below(plane);
+  }
   // Add points of the lower side that stand lowest, or along which it may touch, whether over the part or not.
   void add_bottoms(std::vector<Point>& points);
 

@@ -185,6 +185,12 @@ TriangleShadow::Span TriangleShadow::span(const MeshBox& box, int axis) const {
   return {low, high};
 }
 
+// Whether no triangle of a box is over the part.
+bool TriangleShadow::is_beside(const MeshBox& box) const {
+  const Span x = span(box, 0), y = span(box, 1);
+  return x.low > part_.east || x.high < part_.west || y.low > part_.north || y.high < part_.south;
+}
+
 // Whether a triangle of a box may face down.
 bool TriangleShadow::may_face_down(const MeshBox& box) const {
   if (!mesh_->closed) return true;
@@ -269,9 +275,7 @@ void TriangleShadow::find_lowest() {
   const auto reach = [&](const MeshBox& box) {
     const Span z = span(box, 2);
     if (!(z.high >= floor_) || !(z.low < lowest_ - 2 * slack_) || !may_face_down(box)) return kInfinite;
-    const Span x = span(box, 0), y = span(box, 1);
-    if (x.low > part_.east || x.high < part_.west || y.low > part_.north || y.high < part_.south) return kInfinite;
-    return std::max(z.low, floor_);
+    return is_beside(box) ? kInfinite : std::max(z.low, floor_);
   };
   walk_down(lowest_, reach, [&](std::uint32_t t) {
     double corner[3][3], normal[3];
@@ -280,6 +284,39 @@ void TriangleShadow::find_lowest() {
     corners_of(t, corner);
     if (faces_down(corner, normal)) lowest_ = std::min(lowest_, lowest_over(corner, part_, floor_));
   });
+}
+
+bool TriangleShadow::left_out_below(const InclinedPlane& plane) {
+  if (!cut_) return false;
+  // Height over the plane is linear in the mesh's own coordinates, so its least value over a box is known exactly.
+  double row[3];
+  for (int i = 0; i < 3; ++i) {
+    row[i] = pose_.rotation[6 + i] - plane.slopes[0] * pose_.rotation[i] - plane.slopes[1] * pose_.rotation[3 + i];
+  }
+  const double origin = pose_.position[2] - plane.over(pose_.position[0], pose_.position[1]);
+  stack_.assign(1, 0);
+  while (!stack_.empty()) {
+    const std::uint32_t number = stack_.back();
+    stack_.pop_back();
+    const MeshBox& box = mesh_->boxes[number];
+    double least = origin;
+    for (int i = 0; i < 3; ++i) least += std::min(row[i] * box.low[i], row[i] * box.high[i]);
+    if (least >= slack_ || span(box, 2).high <= ceiling_ || !may_face_down(box) || is_beside(box)) continue;
+    if (box.second != 0) {
+      stack_.push_back(box.second);
+      stack_.push_back(number + 1);
+      continue;
+    }
+    for (std::uint32_t t = box.first; t < box.first + box.count; ++t) {
+      double corner[3][3], normal[3];
+      if (corner_span(t, 2, corner).low <= ceiling_) continue;
+      corners_of(t, corner);
+      if (!faces_down(corner, normal)) continue;
+      for (auto& at : corner) at[2] -= plane.over(at[0], at[1]);
+      if (lowest_over(corner, part_, -kInfinite) < 0.0) return true;
+    }
+  }
+  return false;
 }
 
 void TriangleShadow::gather() {

@@ -34,8 +34,8 @@ class TriangleShadow {
   // The least height over the part at the cast's floor or above [m]. It is the floor itself if the mesh passes through
   // the floor there, and infinite if there is no surface.
   double lowest() const { return lowest_; }
-  // Whether triangles over the part were left out because they are beyond the cast's reach.
-  bool cut() const { return cut_; }
+  // Whether triangles over the part that were left out, because they are beyond the cast's reach, come below a plane.
+  bool left_out_below(const InclinedPlane& plane);
   // The lowest vertex [m], over the part or not. Its height is infinite if the mesh is empty.
   std::array<double, 3> bottom();
   // Points over the part where the mesh may touch first [m]: vertices without a lower neighbour, and the lowest points
@@ -59,6 +59,7 @@ class TriangleShadow {
     std::size_t count() const { return (last[0] - first[0] + 1) * (last[1] - first[1] + 1); }
   };
   Span span(const MeshBox& box, int axis) const;
+  bool is_beside(const MeshBox& box) const;
   bool may_face_down(const MeshBox& box) const;
   Span corner_span(std::uint32_t triangle, int axis, double corner[3][3]) const;
   void corners_of(std::uint32_t triangle, double corner[3][3]) const;
@@ -86,7 +87,7 @@ class TriangleShadow {
   Pose pose_ = {};
   Rectangle part_ = {};
   double floor_ = 0.0, ceiling_ = 0.0, lowest_ = 0.0;
-  bool cut_ = false;
+  bool cut_ = false;                  // whether triangles over the part were left out
   double slack_ = 0.0;                // rounding error of a box's position [m]
   Rectangle grid_ = {};               // area that the buckets cover
   double per_[2] = {};                // number of finest buckets per length along x and y [1/m]
