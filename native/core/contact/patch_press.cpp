@@ -11,6 +11,7 @@ constexpr double kPi = 3.14159265358979323846;
 
 // Looks. A look finds the spots that may touch as one plane sees the body, lays cells on them and presses them.
 constexpr int kLooks = 6;                // largest number of looks at one contact
+constexpr int kStepsBack = 2;            // largest number of steps back from a tilt that was too large
 constexpr double kEnergyMargin = 0.04;   // a contact is worse if its energy is higher by this share of its own elastic
                                          // energy
 constexpr double kMissed = 0.01;         // a contact misses the load if its centre of pressure is farther from it than
@@ -232,6 +233,7 @@ bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
       return true;
     }
     // The tilt was too large. The mean of this view and the best one is tried.
+    if (++looks.steps_back > kStepsBack) return false;
     std::copy(looks.view.plane.slopes, looks.view.plane.slopes + 2, looks.too_far);
     looks.turned_back = true;
     for (int k = 0; k < 2; ++k) looks.view.plane.slopes[k] = (looks.too_far[k] + looks.best.plane.slopes[k]) / 2;
@@ -282,6 +284,7 @@ void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& l
   if (!looks.last_is_best) return;
   looks.best = looks.onward = looks.view;
   looks.best_merit = found;
+  looks.steps_back = 0;
   looks.goes_on = next_view(found, problem.options, looks.onward) && !looks.onward.sees_as(looks.view);
 }
 

@@ -96,6 +96,7 @@ class PatchPress {
     Merit best_merit = {kNowhere, 0.0, 0.0};   // merit of the best contact
     double too_far[2] = {0.0, 0.0};   // slopes of the last view whose tilt was too large [-]
     bool turned_back = false;     // whether there was one
+    int steps_back = 0;           // number of steps back from it since the best view was found
     bool goes_on = false;         // whether `onward` differs from `best`
     bool last_is_best = true;     // whether the last contact is the best one
     bool ended = false;           // whether the contact goes on beyond its cells
