@@ -11,7 +11,7 @@ namespace mjtactile {
 namespace {
 
 // Number of entries of a row that are computed at once, and the multiple to which their range is rounded.
-constexpr std::size_t kPanel = 32, kWhole = 8;
+constexpr std::size_t kPanel = 64, kWhole = 8;
 
 }  // namespace
 

@@ -11,7 +11,7 @@ namespace {
 // changes by more than the fraction kAgreed of the load. If a cell on the verge of contact prevents that, or the work
 // is spent, a change of kSufficient is accepted.
 constexpr int kRounds = 40;
-constexpr double kAgreed = 1e-10, kSufficient = 1e-4;
+constexpr double kAgreed = 1e-8, kSufficient = 1e-4;
 // After kUndamped rounds, the surface's lift by the shear is changed only by the fraction kDamping of its difference.
 constexpr int kUndamped = 12;
 constexpr double kDamping = 0.3;
