@@ -33,6 +33,8 @@ constexpr double kElongated = 1.503;
 constexpr double kOnSpring = 1e-6;
 // Springs are first laid under samples up to this height, over the level.
 constexpr double kLowSprings = 6.003;
+// Stiffness of the springs that resist any tilt, over that of the others, and the slope from which they would no longer.
+constexpr double kLevelling = 1e-6, kSteepest = 10.0;
 // Perimeter of a circle over that of its staircase outline on a grid, pi / 4.
 constexpr double kRound = 0.78539816339744830962;
 
@@ -490,7 +492,9 @@ Plane ContactSearch::resting(const SearchLoad& load) {
   // Springs under high parts of the body are laid only if it comes down to them.
   for (const double highest : {kLowSprings * level_, kNowhere}) {
     lay_springs(frame, highest, load.modulus);
-    if (stiffness_.size() < 3 || !springs_.solve(stiffness_, modes_.data(), 3, bed_heights_.data(), resultants) ||
+    if (stiffness_.size() < 3) continue;
+    resist_tilt(frame);
+    if (!springs_.solve(stiffness_, modes_.data(), 3, bed_heights_.data(), resultants) ||
         presses_above(frame, highest)) {
       continue;
     }
@@ -514,6 +518,17 @@ void ContactSearch::lay_springs(const SpringFrame& frame, double highest, double
     modes_.insert(modes_.end(), {1.0, (points_[i].x - frame.middle.x) / frame.length,
                                  (points_[i].y - frame.middle.y) / frame.length});
     bed_heights_.push_back(raw_[i] - least_);
+  }
+}
+
+// Add springs that resist any tilt, but little. If the others leave the tilt open, because the load rests on one of them
+// or on several in a line, the least tilt results, and not one that rounding chooses.
+void ContactSearch::resist_tilt(const SpringFrame& frame) {
+  const double stiffness = kLevelling * stiffness_.front();
+  for (const double sign : {1.0, -1.0}) {
+    stiffness_.insert(stiffness_.end(), 2, stiffness);
+    modes_.insert(modes_.end(), {0.0, sign, 0.0, 0.0, 0.0, sign});
+    bed_heights_.insert(bed_heights_.end(), 2, -kSteepest * frame.length);  // always pressed, against each other
   }
 }
 

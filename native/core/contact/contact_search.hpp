@@ -110,6 +110,7 @@ class ContactSearch {
   void gather_parts();
   void look_closer(const HeightMap& map, const Plane& plane, Part& part);
   void set_level(const SearchLoad& load);
+  void resist_tilt(const SpringFrame& frame);
   void lay_springs(const SpringFrame& frame, double highest, double modulus);
   bool presses_above(const SpringFrame& frame, double highest) const;
   static double perimeter(const Part& part, double level, double& area);

@@ -395,10 +395,14 @@ double PatchFace::mean_height(const HeightWindow& view, std::size_t own, std::si
 
 void PatchFace::trim(const HeightWindow& view, double least, double most, Region& region) const {
   const double c = std::cos(region.angle), s = std::sin(region.angle);
+  const Rectangle bounds = view.map->bounds();
+  const double farthest = std::hypot(bounds.east - bounds.west, bounds.north - bounds.south);
   double ends[2][2];
   for (int axis = 0; axis < 2; ++axis) {
     const double half = (axis == 0 ? region.width : region.height) / 2;
     const double breadth = axis == 0 ? region.height : region.width;
+    // There is no body farther away than its bounds are wide.
+    const double first = std::min(most * half, std::max(farthest, half)), last = least * half;
     for (int side = 0; side < 2; ++side) {
       const double sign = side == 0 ? -1.0 : 1.0;
       const auto counts = [&](double away) {
@@ -408,11 +412,11 @@ void PatchFace::trim(const HeightWindow& view, double least, double most, Region
           return seen(view, {region.centre.x + c * x - s * y, region.centre.y + s * x + c * y}) <= view.highest;
         });
       };
-      double outside = most * half, inside = outside;
+      double outside = first, inside = outside;
       bool found = counts(inside);
       for (int step = 1; step <= kTrimSteps && !found; ++step) {
         outside = inside;
-        inside = half * (most + (least - most) * static_cast<double>(step) / kTrimSteps);
+        inside = first + (last - first) * static_cast<double>(step) / kTrimSteps;
         found = counts(inside);
       }
       if (!found) outside = inside = half;  // no end was found, so this side stays
