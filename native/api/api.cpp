@@ -359,7 +359,7 @@ void mjt_full_compliance(const mjt_pad* pad, size_t cells, const double* centroi
   integrate_edges(face, kept.shear_integrals);
   const SurfaceCells placed = {cells, centroids, 1, areas, inverse_distance, nullptr};
   const Placement turned = {std::cos(angle), std::sin(angle), {0.0, 0.0}};
-  pad->pad->compliance().full(placed, kept.shear_integrals, turned, kept.compliance, kept.matrix);
+  pad->pad->compliance().full(placed, kept.shear_integrals, turned, nullptr, kept.compliance, kept.matrix);
   copy(kept.matrix, compliance);
 }
 

@@ -463,7 +463,9 @@ bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
     press.sheared = whole ? press.keeps : nullptr;
     const BentCells* bent = curved() ? &press.laid() : nullptr;
     const Bend bend = curved() ? bent->bend() : Bend{};
-    compliance.full(CellContact::on_surface(cells, press.workspace, bent, bend), press.integrals, placement, press.workspace.compliance, press.full);
+    const Matrix* normal = options_.law->couples() ? &press.workspace.matrix : nullptr;
+    compliance.full(CellContact::on_surface(cells, press.workspace, bent, bend), press.integrals, placement, normal,
+                    press.workspace.compliance, press.full);
   }
   PressedCells pressed = press.contact().pressed_cells(cells, press.heights(), press.workspace);
   pressed.gradients = gradients(press);

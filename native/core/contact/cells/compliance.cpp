@@ -180,7 +180,7 @@ void SurfaceCompliance::normal(const SurfaceCells& cells, Workspace& workspace, 
 }
 
 void SurfaceCompliance::full(const SurfaceCells& placed, const ShearIntegrals& integrals, const Placement& placement,
-                             Workspace& workspace, Matrix& compliance) const {
+                             const Matrix* normal, Workspace& workspace, Matrix& compliance) const {
   const std::size_t cells = placed.count;
   const Bend* bend = placed.bend;
   average_splines(placed, workspace);
@@ -208,6 +208,7 @@ void SurfaceCompliance::full(const SurfaceCells& placed, const ShearIntegrals& i
   // add_remainder(). So block (a, b) is given the coefficients (b, a).
   for (std::size_t a = 0; a < 3; ++a) {
     for (std::size_t b = a; b < 3; ++b) {
+      if (a == 2 && normal != nullptr) continue;
       add_remainder(full_remainder_[b * splines()] + a * splines(), full_remainder_.stride(), a == b, workspace,
                     compliance[a * cells] + b * cells, compliance.stride());
     }
@@ -217,6 +218,9 @@ void SurfaceCompliance::full(const SurfaceCells& placed, const ShearIntegrals& i
       compliance[2 * cells + i][2 * cells + j] *= bend->stretches[i] * bend->stretches[j];
       for (std::size_t a = 0; a < 2; ++a) compliance[a * cells + i][2 * cells + j] *= bend->stretches[j];
     }
+  }
+  for (std::size_t i = 0; normal != nullptr && i < cells; ++i) {
+    std::copy((*normal)[i], (*normal)[i] + cells, compliance[2 * cells + i] + 2 * cells);
   }
   mirror_upper(compliance);
 }

@@ -111,9 +111,10 @@ class SurfaceCompliance {
                    double* sunk) const;
 
   // Mean displacement of each cell, one point each, per force on each cell, (component, cell) by (component, cell)
-  // [m/N], both triangles. Pad frame, z out of the pad. `integrals`: of the same cells in their own frame.
+  // [m/N], both triangles. Pad frame, z out of the pad. `integrals`: of the same cells in their own frame. `normal`:
+  // their normal compliance; null where it is not known.
   void full(const SurfaceCells& cells, const ShearIntegrals& integrals, const Placement& placement,
-            Workspace& workspace, Matrix& compliance) const;
+            const Matrix* normal, Workspace& workspace, Matrix& compliance) const;
 
  private:
   // Compute the mean values of the splines over each cell.
