@@ -14,8 +14,8 @@ namespace mjtactile::mujoco {
 // The pose with a position [m] and a unit quaternion (w, x, y, z).
 Pose pose_of(const double* position, const double* quaternion);
 
-// The first body of the rigid body to which a body belongs: there is no joint between them. Before version 4 MuJoCo welds
-// mocap bodies to the world, though they move on their own.
+// The first body of the rigid body to which a body belongs: there is no joint between them. Before version 4 MuJoCo
+// welds mocap bodies to the world, though they move on their own.
 int rigid_root(const Layout& layout, const Model* model, int body);
 
 // Geometry of the geoms of a rigid body that press on the pad. It consists of one body or of several that are welded to

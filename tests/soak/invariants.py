@@ -31,9 +31,10 @@ from mjtactile.sim.wrench import contact_wrenches  # noqa: E402
 #: Where MuJoCo's own wrenches differ by more than this, relative to the force, scenes are not compared.
 _SAME_WRENCH = 1e-8
 _SETTLING_STEPS = 600
-#: Pressures over the modulus of the pad's top layer: below which no cell comes to the bound when they double, and from
-#: which on one is at it (shear takes a part of what material bears).
-_FAR_BELOW, _AT_ITS_BOUND = 0.2, 0.4
+#: Pressures over the modulus of the pad's top layer: below which no cell comes to the bound when they double, not even
+#: in a look that finds a smaller contact than the last; and from which on one is at it (shear takes a part of what
+#: material bears).
+_FAR_BELOW, _AT_ITS_BOUND = 0.05, 0.4
 #: Share of a scene's forces under which few faces come to that bound.
 _LIGHT = 0.02
 _QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])

@@ -95,9 +95,14 @@ def test_a_bounded_contact_ends_whichever_way_the_scene_is_turned(name, seed, ex
 
 
 # Rounding chose between points on the lines of the search's grid, 0.14 %. A strip of the rim got its width from line to
-# line, so that their order told, 6e-5.
+# line, so that their order told, 6e-5. Under a load on one of the springs they left the tilt open, 0.6 %.
 @pytest.mark.parametrize(
-    ("name", "seed"), [("mirrored bodies mirror readings", 2500223), ("turned bodies turn readings", 4300477)]
+    ("name", "seed"),
+    [
+        ("mirrored bodies mirror readings", 2500223),
+        ("turned bodies turn readings", 4300477),
+        ("turned bodies turn readings", 6300664),
+    ],
 )
 def test_what_the_search_samples_turns_with_the_scene(name, seed, exact_pads):
     assert scenes.still_scene(seed, scenes.FLAT_PADS, False).pads[0].kind in exact_pads

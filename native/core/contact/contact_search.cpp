@@ -33,7 +33,7 @@ constexpr double kElongated = 1.503;
 constexpr double kOnSpring = 1e-6;
 // Springs are first laid under samples up to this height, over the level.
 constexpr double kLowSprings = 6.003;
-// Stiffness of the springs that resist any tilt, over that of the others, and the slope from which they would no longer.
+// Stiffness of the springs that resist any tilt, over that of the others; and the slope up to which they do.
 constexpr double kLevelling = 1e-6, kSteepest = 10.0;
 // Perimeter of a circle over that of its staircase outline on a grid, pi / 4.
 constexpr double kRound = 0.78539816339744830962;
@@ -521,8 +521,8 @@ void ContactSearch::lay_springs(const SpringFrame& frame, double highest, double
   }
 }
 
-// Add springs that resist any tilt, but little. If the others leave the tilt open, because the load rests on one of them
-// or on several in a line, the least tilt results, and not one that rounding chooses.
+// Add weak springs that resist any tilt. The load may rest on one of the other springs, or on several in a line, which
+// leaves the tilt open. With these springs the least tilt results; without them rounding would choose one.
 void ContactSearch::resist_tilt(const SpringFrame& frame) {
   const double stiffness = kLevelling * stiffness_.front();
   for (const double sign : {1.0, -1.0}) {

@@ -237,8 +237,8 @@ double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, doubl
   return beyond ? press_within(touch, press, floor, pad_->depth()) : borne;
 }
 
-// Whether the contact is so deep, or tilts the body so far, that parts of its meshes out of reach touch, or may touch if
-// the tilt is not known exactly.
+// Whether the contact is so deep, or tilts the body so far, that parts of its meshes out of reach touch. If the tilt is
+// not settled, whether they may.
 template <typename Value>
 bool PadSensor<Value>::touches_beyond(double reach, const Touch& touch, BodyPress& press) const {
   const Rectangle over = press.gap.bounds();

@@ -477,7 +477,7 @@ void PatchPress::set_regions() {
     // A line into a bent or hollow region may meet nothing of the body for a long way, so most of it is kept.
     const bool open = spot.area < kOpen * spot.region.area() && region.width < kElongated * region.height;
     laid_.cells.trim(laid_.seen, open ? kTrimmed : 0.0, wider, region);
-    regions_.push_back(region);
+    regions_.push_back(region.lengthwise());
   }
 }
 

@@ -44,8 +44,8 @@ class PatchPress {
   void integrate_shear(ShearIntegrals& integrals) const { laid_.cells.integrate_shear(integrals); }
   // Slope by which the body tilts from its pose in the simulation [-].
   double tilt() const;
-  // The plane down to which the surface yields: parts of the body that come below it in the body's pose in the simulation
-  // touch, or would if they were not left out [m].
+  // The plane, in the pose of the simulation, below which parts of the body touch the undeformed surface [m]. It tells
+  // of parts that were left out whether they touch.
   InclinedPlane reached() const;
   // Whether the contact carries the load and agreed with its view, so that no other look was wanted.
   bool settled() const { return settled_; }

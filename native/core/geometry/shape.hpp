@@ -45,8 +45,7 @@ class PlacedShape {
   // Lower and upper corner (3) of the bounding box in the pad frame [m]; infinite for a half space.
   const double* low() const { return low_; }
   const double* high() const { return high_; }
-  // Whether parts of a mesh over the rectangle that were left out, because they are beyond the range's reach, come below
-  // a plane.
+  // Whether a mesh has parts below a plane that were left out because they are beyond the range's reach.
   bool left_out_below(const InclinedPlane& plane) {
     return kind_ == ShapeKind::triangles && shadow_.left_out_below(plane);
   }

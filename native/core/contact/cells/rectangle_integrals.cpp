@@ -10,7 +10,8 @@ namespace mjtactile {
 namespace {
 
 // Distances above which a series about the middles replaces the integral: for rectangles of one lattice, over their
-// longer side; for any two, over half the sum of their diagonals. For equal squares the series is then accurate to 0.2 %.
+// longer side; for any two, over half the sum of their diagonals. There the series for equal squares is accurate to
+// 0.2 %.
 constexpr double kFarInLattice = 16.0, kFar = 1.1;
 // Rectangles whose angle has a sine below this are treated as parallel. For most neighbours that is accurate to 0.5 %,
 // while sums over points of their parts are off by 2 to 5 %.
