@@ -250,20 +250,9 @@ def test_the_same_contact_gives_the_same_bits():
     case = random_case(7)
     assert case is not None
     problem, friction, wrench = case
-    pressing, points = problem.pressing, problem.cells.centroids
 
     def forces(tangential):
-        return surface_shear(
-            points,
-            pressing,
-            wrench,
-            tangential=tangential,
-            friction=friction,
-            compliance=problem.compliance,
-            heights=problem.gaps,
-            middle=points.mean(axis=0),
-            length=1e-3,
-        ).forces
+        return sheared(problem, problem.pressing, wrench, tangential, friction).forces
 
     first = {tangential: forces(tangential) for tangential in ("coulomb", "stick", "proportional")}
     for tangential in ("proportional", "stick", "coulomb", "stick"):

@@ -246,10 +246,11 @@ bool PadSensor<Value>::touches_beyond(double reach, const Touch& touch, BodyPres
   const double farthest =
       std::hypot(std::max(at.x - over.west, over.east - at.x), std::max(at.y - over.south, over.north - at.y));
   const double lowered = press.patch.contact().indentation() + press.patch.tilt() * farthest;
-  InclinedPlane plane = press.patch.reached();
-  if (!press.patch.settled()) plane = {{0.0, 0.0}, kNowhere};
+  if (!(lowered > reach)) return false;
+  InclinedPlane plane = {{0.0, 0.0}, kNowhere};
+  if (press.patch.settled()) plane = press.patch.reached();
   if (curved()) plane.height += press.plane.whole().highest;
-  return lowered > reach && press.gap.left_out_below(plane);
+  return press.gap.left_out_below(plane);
 }
 
 // As press_above(), with meshes up to a height above their lowest point [m].

@@ -287,7 +287,7 @@ void TriangleShadow::find_lowest() {
 }
 
 bool TriangleShadow::left_out_below(const InclinedPlane& plane) {
-  if (!cut_) return false;
+  if (!cut_ || std::isinf(plane.height)) return cut_;  // everything is below an infinitely high plane
   // Height over the plane is linear in the mesh's own coordinates, so its least value over a box is known exactly.
   double row[3];
   for (int i = 0; i < 3; ++i) {
