@@ -8,6 +8,7 @@ which table is built.
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
@@ -129,7 +130,9 @@ class Fidelity:
     mesh: str | MeshDensity = "default"  #: name of a mesh, or a density
     precision: str = "float32"  #: storage of the stress matrices: "int8", "float16", "float32" or "float64"
     reduction: float = 0.0  #: relative error of a layer's readings accepted for speed [-], 0 for none; low_rank.py
-    averaging: str = "points"  #: how a reading is averaged, one of `AVERAGINGS`; taxel_mean.py
+    #: How a reading is averaged, one of `AVERAGINGS`; or one for each sensing layer, and the last repeats.
+    #: taxel_mean.py
+    averaging: str | tuple[str, ...] = "points"
     loads: str = "nodes"  #: "nodes", or "corners": nodal forces are moved to elements' corners first; vertex_loads.py
     law: str = "uniform"  #: contact law: "uniform", "foundation" or "elastic"
     cells: int = 400  #: target number of contact cells of the elastic law
@@ -139,8 +142,7 @@ class Fidelity:
         mesh_density(self.mesh)
         if self.precision not in PRECISIONS:
             raise PresetError(f"precision {self.precision!r} does not exist. Available: {', '.join(PRECISIONS)}.")
-        if self.averaging not in AVERAGINGS:
-            raise PresetError(f"averaging {self.averaging!r} does not exist. Available: {', '.join(AVERAGINGS)}.")
+        object.__setattr__(self, "averaging", _shortest_averaging(self.averaging))
         if self.loads not in LOADS:
             raise PresetError(f"loads {self.loads!r} does not exist. Available: {', '.join(LOADS)}.")
         if not (isinstance(self.reduction, float | int) and 0.0 <= self.reduction < 1.0):
@@ -157,6 +159,34 @@ class Fidelity:
         """The density of the mesh."""
         return mesh_density(self.mesh)
 
+    def averaging_at(self, sensing_layer: int) -> str:
+        """How the readings of one sensing layer, counted from the top, are averaged: one of `AVERAGINGS`."""
+        by_layer = (self.averaging,) if isinstance(self.averaging, str) else self.averaging
+        return by_layer[min(sensing_layer, len(by_layer) - 1)]
+
+
+def averaging_text(averaging: str | tuple[str, ...]) -> str:
+    """The averaging of a fidelity in words, from the top layer down, such as "quarters, then mean"."""
+    return averaging if isinstance(averaging, str) else ", then ".join(averaging)
+
+
+def _shortest_averaging(averaging: str | Sequence[str]) -> str | tuple[str, ...]:
+    """The same averaging with as few entries as possible, so that equal choices are equal values.
+
+    Raises:
+        PresetError: there is none, or one does not exist.
+    """
+    by_layer = [averaging] if isinstance(averaging, str) else list(averaging)
+    for one in by_layer or [None]:
+        if one not in AVERAGINGS:
+            raise PresetError(
+                f"averaging {one!r} does not exist. Available: {', '.join(AVERAGINGS)}; or one for each sensing layer, "
+                "such as ('quarters', 'mean')."
+            )
+    while by_layer[-2:-1] == by_layer[-1:]:
+        by_layer.pop()
+    return by_layer[0] if len(by_layer) == 1 else tuple(by_layer)
+
 
 #: The default preset everywhere.
 DEFAULT = "balanced"
@@ -167,7 +197,7 @@ PRESETS: dict[str, Fidelity] = {
         mesh="even",
         precision="float16",
         reduction=0.02,
-        averaging="quarters",
+        averaging=("quarters", "quarters", "mean"),
         loads="corners",
         law="elastic",
         cells=60,
@@ -212,7 +242,8 @@ def fidelity_summary(fidelity: Fidelity) -> str:
     plain = Fidelity()
     chosen = {one.name: getattr(fidelity, one.name) for one in fields(Fidelity)}
     mesh = fidelity.mesh if isinstance(fidelity.mesh, str) else mesh_name(fidelity.mesh) or "of its own"
-    others = [f"{key} {value}" for key, value in chosen.items() if key != "mesh" and value != getattr(plain, key)]
+    texts = chosen | {"averaging": averaging_text(fidelity.averaging)}
+    others = [f"{key} {texts[key]}" for key, value in chosen.items() if key != "mesh" and value != getattr(plain, key)]
     return ", ".join([f"mesh {mesh}", *others])
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,9 @@ from mjtactile.influence.matrices import EVEN, ODD_IN_X, ODD_IN_Y, InfluenceMatr
 from mjtactile.influence.stress_matrix import stored_matrix
 from mjtactile.influence.table import table_name
 from mjtactile.pad import Pad
+
+if TYPE_CHECKING:
+    from mjtactile.influence.taxel_mean import LayerMeans
 
 _STRESSES = ("deviatoric", "mean")
 #: Coordinates of each kind that change their sign under x -> -x, and under y -> -y.
@@ -44,12 +47,14 @@ class ClassStorage:
         self.fidelity = replace(plain, averaging=chosen.averaging, loads=chosen.loads)
         self.sampling = dict(sampling)
         self._classes = MirrorPlanes(*pad.surface.mirrors).classes
-        self._means, self._corners = None, None
+        self._means: dict[int, LayerMeans] = {}  # by sensing layer; none where the sample points stay
+        self._corners = None
         if chosen.averaging != "points":
             from mjtactile.influence.taxel_mean import LayerMeans
 
-            self._means = [LayerMeans(pad, sampling, k, chosen.averaging) for k in range(pad.sensing_layers)]
-            for means in self._means:
+            ways = [chosen.averaging_at(k) for k in range(pad.sensing_layers)]
+            self._means = {k: LayerMeans(pad, sampling, k, way) for k, way in enumerate(ways) if way != "points"}
+            for means in self._means.values():
                 self.sampling |= means.sampling
         if chosen.loads == "corners":
             from mjtactile.influence.vertex_columns import CornerColumns
@@ -59,7 +64,7 @@ class ClassStorage:
 
     def averaged(self, kind: str, parity: Parity, sensing_layer: int, matrix: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Rows of the remaining sample points, from some columns of a matrix (columns, rows of all points)."""
-        if self._means is None:
+        if sensing_layer not in self._means:
             return matrix
         return self._means[sensing_layer].averaged(matrix, self._classes.index(parity), _ODD[kind])
 

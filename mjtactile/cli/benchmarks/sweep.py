@@ -21,7 +21,7 @@ class Choice:
     points: tuple[int, ...]  #: sample points per axis, by sensing layer; the last repeats
     precision: str  #: number format of the stored tables
     reduction: float  #: relative error that the low-rank reduction may add [-]
-    averaging: str = "points"  #: see `Fidelity.averaging`
+    averaging: str | tuple[str, ...] = "points"  #: see `Fidelity.averaging`
     loads: str = "nodes"  #: see `Fidelity.loads`
 
     @property
@@ -53,7 +53,8 @@ class Choice:
         """The choice that a measured row is about; `values` may hold other keys as well."""
         # Old rows do not name averaging and loads, which had one value each.
         named = {field.name: values[field.name] for field in fields(cls) if field.name in values}
-        return cls(**{**named, "points": tuple(named["points"])})
+        listed = {name: tuple(value) for name, value in named.items() if isinstance(value, list)}
+        return cls(**named | listed)
 
     @classmethod
     def of(cls, fidelity: Fidelity) -> Choice:
@@ -96,7 +97,16 @@ def sweep(design: dict[str, Any]) -> list[Choice]:
     meshes = list(MESHES)
     return sorted(
         chosen,
-        key=lambda c: (meshes.index(c.mesh), c.points, c.loads, c.averaging, c.precision, c.reduction, c.law, c.cells),
+        key=lambda c: (
+            meshes.index(c.mesh),
+            c.points,
+            c.loads,
+            str(c.averaging),
+            c.precision,
+            c.reduction,
+            c.law,
+            c.cells,
+        ),
     )
 
 
@@ -112,4 +122,9 @@ def _around_presets(around: dict[str, dict[str, list[Any]]]) -> Iterator[Choice]
         yield centre
         for name, values in ranges.items():
             for value in values:
-                yield replace(centre, **{name: (value,) if name == "points" else value})
+                yield replace(centre, **{name: (value,) if name == "points" else _listed(value)})
+
+
+def _listed(value: Any) -> Any:
+    """A value from TOML, with a tuple for a list."""
+    return tuple(value) if isinstance(value, list) else value

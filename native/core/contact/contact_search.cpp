@@ -13,6 +13,8 @@ namespace {
 // the level, at most kLooks times.
 constexpr std::size_t kCloser = 15, kEnough = 25;
 constexpr int kLooks = 4, kBisections = 16, kStripBisections = 8;
+// The level is bisected until at most this many samples lie between the bounds. Then their heights are bisected.
+constexpr std::size_t kFewSamples = 16;
 // These grids are smaller than the part by this factor, and samples of the rim lie as far inside. Rounding would decide
 // whether a point exactly on the sheet's edge has a height.
 constexpr double kWithin = 1.0 - 1e-9;
@@ -254,15 +256,22 @@ void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& 
   }
 }
 
-// Perimeter [m] of the area of a part below a level. Adds this area [m^2] to `area`.
-double ContactSearch::perimeter(const Part& part, double level, double& area) {
-  const PointsBelow found = kernels().count_below(part.heights.data(), part.rows, part.columns, level);
-  area += static_cast<double>(found.points) * part.cell;
-  return static_cast<double>(found.edges_x) * part.region.height / static_cast<double>(part.rows) +
-         static_cast<double>(found.edges_y) * part.region.width / static_cast<double>(part.columns);
+// Add what lies below a level in a part.
+void ContactSearch::add_below(const Part& part, Below& below) {
+  const PointsBelow found = kernels().count_below(part.heights.data(), part.rows, part.columns, below.level);
+  below.points += found.points;
+  below.area += static_cast<double>(found.points) * part.cell;
+  below.perimeter += static_cast<double>(found.edges_x) * part.region.height / static_cast<double>(part.rows) +
+                     static_cast<double>(found.edges_y) * part.region.width / static_cast<double>(part.columns);
 }
 
-// Find the level at which all parts together carry the load, by bisection.
+ContactSearch::Below ContactSearch::all_below(double level) const {
+  Below below = {level};
+  for (std::size_t k = 0; k < part_count_; ++k) add_below(parts_[k], below);
+  return below;
+}
+
+// Find the level at which all parts together carry the load.
 void ContactSearch::set_level(const SearchLoad& load) {
   double deepest = 0.0, highest = 0.0;
   for (std::size_t k = 0; k < part_count_; ++k) {
@@ -281,25 +290,42 @@ void ContactSearch::set_level(const SearchLoad& load) {
   for (std::size_t k = 0; k < part_count_; ++k) {
     for (double& one : parts_[k].heights) one = levelled(one - deepest);
   }
-  const auto least = [&](double least_area) {
-    const auto carries = [&](double level) {
-      double around = 0.0, area = 0.0;
-      for (std::size_t k = 0; k < part_count_; ++k) around += perimeter(parts_[k], level, area);
-      return kRound * load.modulus * around / 2 * level >= load.force && area >= least_area;
-    };
-    double low = 0.0, high = highest;
-    if (carries(high)) {
-      for (int step = 0; step < kBisections; ++step) {
-        const double middle = (low + high) / 2;
-        (carries(middle) ? high : low) = middle;
-      }
-    }
-    return high > 0.0 ? high + same() : 0.0;
+  level_ = loaded_ = level_for(load, 0.0, highest);
+  if (all_below(level_).area < load.least_area) level_ = level_for(load, load.least_area, highest);
+}
+
+// The least level below which the parts carry the load and have an area. If there is none, the highest one.
+double ContactSearch::level_for(const SearchLoad& load, double least_area, double highest) {
+  const auto stiffness = [&](const Below& below) { return kRound * load.modulus * below.perimeter / 2; };
+  const auto carries = [&](const Below& below) {
+    return stiffness(below) * below.level >= load.force && below.area >= least_area;
   };
-  level_ = loaded_ = least(0.0);
-  double area = 0.0;
-  for (std::size_t k = 0; k < part_count_; ++k) perimeter(parts_[k], level_, area);
-  if (area < load.least_area) level_ = least(load.least_area);
+  Below low = all_below(0.0), high = all_below(highest);
+  if (!(highest > 0.0)) return 0.0;
+  if (!carries(high)) return highest + same();
+  for (int step = 0; step < kBisections && high.points > low.points + kFewSamples; ++step) {
+    const Below middle = all_below((low.level + high.level) / 2);
+    (carries(middle) ? high : low) = middle;
+  }
+  between_.clear();
+  for (std::size_t k = 0; k < part_count_; ++k) {
+    for (const double one : parts_[k].heights) {
+      if (one > low.level && one <= high.level) between_.push_back(one);
+    }
+  }
+  std::sort(between_.begin(), between_.end());
+  for (std::size_t first = 0, last = between_.size(); first < last;) {
+    const std::size_t middle = (first + last) / 2;
+    const Below next = all_below(between_[middle]);
+    if (carries(next)) {
+      high = next, last = middle;
+    } else {
+      low = next, first = middle + 1;
+    }
+  }
+  // From one sample's height to the next, the perimeter and the area do not change.
+  const double exact = low.area >= least_area ? std::max(load.force / stiffness(low), low.level) : highest;
+  return std::min(exact, high.level) + same();
 }
 
 // The rectangle around the points of a part below a level. Sets their area [m^2] and their number.
@@ -346,7 +372,7 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
   }
   reached_ = level_;
   for (std::size_t k = 0; k < part_count_; ++k) {
-    double level = std::max(level_, load.reach), unused = 0.0;
+    double level = std::max(level_, load.reach);
     Region region = region_under(parts_[k], level, area, count);
     if (count == 0) level *= kReached, region = region_under(parts_[k], level, area, count);
     if (count == 0) continue;
@@ -358,7 +384,9 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
                             parts_[k].region.height / static_cast<double>(parts_[k].rows)};
     region.width += c * step[0] + s * step[1];
     region.height += s * step[0] + c * step[1];
-    spots_.push_back({region, area, kRound * perimeter(parts_[k], level, unused) / 2});
+    Below below = {level};
+    add_below(parts_[k], below);
+    spots_.push_back({region, area, kRound * below.perimeter / 2});
   }
   add_strips(map, plane);
   return spots_;

@@ -94,6 +94,11 @@ class ContactSearch {
     std::vector<Point> points;
     std::vector<double> heights;
   };
+  // What lies below a level: perimeter [m], area [m^2] and number of the samples.
+  struct Below {
+    double level, perimeter = 0.0, area = 0.0;
+    std::size_t points = 0;
+  };
   // Units of the motion on springs.
   struct SpringFrame {
     Point middle = {0.0, 0.0};
@@ -113,7 +118,9 @@ class ContactSearch {
   void resist_tilt(const SpringFrame& frame);
   void lay_springs(const SpringFrame& frame, double highest, double modulus);
   bool presses_above(const SpringFrame& frame, double highest) const;
-  static double perimeter(const Part& part, double level, double& area);
+  static void add_below(const Part& part, Below& below);
+  Below all_below(double level) const;
+  double level_for(const SearchLoad& load, double least_area, double highest);
   Region region_under(const Part& part, double level, double& area, std::size_t& count);
   Point point_of(const Part& part, std::size_t place) const;
 
@@ -145,6 +152,7 @@ class ContactSearch {
   double step_[2] = {}, spacing_ = 0.0;   // of the grid along x and y, and the larger of the two [m]
   bool sees_all_ = false;
   SpringBed springs_;
+  std::vector<double> between_;
   std::vector<double> stiffness_, modes_, bed_heights_;
 };
 

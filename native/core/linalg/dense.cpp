@@ -11,7 +11,8 @@ namespace mjtactile {
 
 namespace {
 
-constexpr std::size_t kBlock = 16;  // rows and columns of the blocks that are transposed at once
+constexpr std::size_t kBlock = 16;         // rows and columns of the blocks that are transposed at once
+constexpr std::size_t kZerosAtOnce = 32;   // numbers that are tested for zero at once
 
 // Cholesky factorisation of the leading `size` rows of `u` in place, by blocks of rows. In the first `known` rows, a
 // whole number of blocks, the first `known` columns hold their factor already and the other columns the matrix. The
@@ -62,13 +63,16 @@ void solve_lower(const double* upper, std::size_t stride, std::size_t size, Matr
 }  // namespace
 
 bool is_zero(const double* run, std::size_t count) {
-  std::uint64_t any = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    std::uint64_t bits;
-    std::memcpy(&bits, run + i, sizeof bits);
-    any |= bits << 1;  // drops the sign bit
+  for (std::size_t first = 0; first < count; first += kZerosAtOnce) {
+    std::uint64_t any = 0;
+    for (std::size_t i = first; i < std::min(first + kZerosAtOnce, count); ++i) {
+      std::uint64_t bits;
+      std::memcpy(&bits, run + i, sizeof bits);
+      any |= bits << 1;  // drops the sign bit
+    }
+    if (any != 0) return false;
   }
-  return any == 0;
+  return true;
 }
 
 void add_product(const Matrix& symmetric, const double* x, double* sums) {

@@ -41,12 +41,21 @@ void add_tile(const Stored* const* columns, const Value* weights, std::size_t co
   }
 }
 
-template <std::size_t kVectors, std::size_t kApart, typename Stored, typename Value>
-std::size_t add_tiles(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t first,
-                      std::size_t rows, Value* sums) {
-  constexpr std::size_t kRows = kVectors * Lanes<Value>::width;
-  for (; first + kRows <= rows; first += kRows) add_tile<kVectors, kApart>(columns, weights, count, first, sums);
-  return first;
+// Number of columns with separate sums in a tile of so many vectors: as many as the latency of an addition needs.
+constexpr std::size_t columns_apart(std::size_t vectors) {
+  return vectors >= kSumVectors / 2 ? 1 : vectors >= kSumVectors / 4 ? 2 : 4;
+}
+
+// Add all columns to the last `vectors` vectors of the sums. There are at most kVectors of them.
+template <std::size_t kVectors, typename Stored, typename Value>
+void add_last_tile(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t first,
+                   std::size_t vectors, Value* sums) {
+  if constexpr (kVectors > 0) {
+    if (vectors < kVectors) {
+      return add_last_tile<kVectors - 1>(columns, weights, count, first, vectors, sums);
+    }
+    add_tile<kVectors, columns_apart(kVectors)>(columns, weights, count, first, sums);
+  }
 }
 
 // Add columns of numbers that need no widening. Eight columns at a time are read from end to end, which is fastest for
@@ -84,11 +93,13 @@ void add_columns(const Stored* const* columns, const Value* weights, std::size_t
   std::size_t first = 0;
   if constexpr (sizeof(Stored) < sizeof(Value)) {
     // For numbers that are widened, arithmetic takes longer than memory.
-    first = add_tiles<kSumVectors, 1>(columns, weights, count, 0, rows, sums);
-    first = add_tiles<kSumVectors / 2, 1>(columns, weights, count, first, rows, sums);
-    first = add_tiles<kSumVectors / 4, 2>(columns, weights, count, first, rows, sums);
-    first = add_tiles<2, 4>(columns, weights, count, first, rows, sums);
-    first = add_tiles<1, 4>(columns, weights, count, first, rows, sums);
+    constexpr std::size_t kRows = kSumVectors * Lanes<Value>::width;
+    for (; first + kRows <= rows; first += kRows) {
+      add_tile<kSumVectors, columns_apart(kSumVectors)>(columns, weights, count, first, sums);
+    }
+    const std::size_t vectors = (rows - first) / Lanes<Value>::width;
+    add_last_tile<kSumVectors - 1>(columns, weights, count, first, vectors, sums);
+    first += vectors * Lanes<Value>::width;
   } else {
     first = rows / Lanes<Value>::width * Lanes<Value>::width;
     stream_columns(columns, weights, count, first, sums);
