@@ -12,9 +12,15 @@ namespace {
 // A part is sampled on a grid of kCloser x kCloser points. The grid is refined until at least kEnough points are below
 // the level, at most kLooks times.
 constexpr std::size_t kCloser = 15, kEnough = 25;
+// Open parts (bent or hollow), which fill less than kOpen of their rectangle, are sampled on kClosest x kClosest points.
+constexpr std::size_t kClosest = 31;
+constexpr double kOpen = 0.499;
 constexpr int kLooks = 4, kBisections = 16, kStripBisections = 8;
 // The level is bisected until at most this many samples lie between the bounds. Then their heights are bisected.
 constexpr std::size_t kFewSamples = 16;
+// Samples that are higher than the level by less than this share count as below it. Nearly symmetric bodies have pairs
+// of samples of nearly equal heights, and a level between the two would make the contact one-sided.
+constexpr double kTogether = 1e-3;
 // These grids are smaller than the part by this factor, and samples of the rim lie as far inside. Rounding would decide
 // whether a point exactly on the sheet's edge has a height.
 constexpr double kWithin = 1.0 - 1e-9;
@@ -230,6 +236,8 @@ void ContactSearch::gather_parts() {
   }
   for (std::size_t k = 0; k < part_count_; ++k) {
     Region region = region_about(members_[k], step_, 0.0, *map_);
+    const double filled = static_cast<double>(members_[k].size()) * step_[0] * step_[1] / region.area();
+    parts_[k].columns = parts_[k].rows = filled < kOpen ? kClosest : kCloser;
     region.width += 2.0 * spacing_;
     region.height += 2.0 * spacing_;
     parts_[k].region = region;
@@ -245,7 +253,6 @@ Point ContactSearch::point_of(const Part& part, std::size_t place) const {
 }
 
 void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& part) {
-  part.columns = part.rows = kCloser;
   part.cosine = std::cos(part.region.angle), part.sine = std::sin(part.region.angle);
   part.cell = part.region.area() / static_cast<double>(part.columns * part.rows);
   closer_.clear();
@@ -325,7 +332,7 @@ double ContactSearch::level_for(const SearchLoad& load, double least_area, doubl
   }
   // From one sample's height to the next, the perimeter and the area do not change.
   const double exact = low.area >= least_area ? std::max(load.force / stiffness(low), low.level) : highest;
-  return std::min(exact, high.level) + same();
+  return (1.0 + kTogether) * std::min(exact, high.level) + same();
 }
 
 // The rectangle around the points of a part below a level. Sets their area [m^2] and their number.
