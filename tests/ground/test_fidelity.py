@@ -50,6 +50,8 @@ def test_unknown_preset_lists_those_that_exist():
     [
         ({"precision": "float8"}, r"precision 'float8' does not exist. Available: int8, float16, float32, float64"),
         ({"averaging": "median"}, r"averaging 'median' does not exist. Available: points, quarters, mean"),
+        ({"averaging": ("mean", "median")}, r"averaging 'median' does not exist.*or one for each sensing layer"),
+        ({"averaging": ()}, r"averaging None does not exist"),
         ({"loads": "edges"}, r"loads 'edges' does not exist. Available: nodes, corners"),
         ({"reduction": -0.1}, r"reduction = -0.1; expected a relative error from 0"),
         ({"reduction": 1.0}, "to below 1"),
@@ -75,6 +77,26 @@ def test_every_precision_and_law_can_be_chosen():
         assert Fidelity(precision=precision).precision == precision
     for law in CONTACT_LAWS:
         assert Fidelity(law=law).law == law
+
+
+def test_each_sensing_layer_may_have_its_own_averaging_and_the_last_repeats():
+    chosen = Fidelity(averaging=("points", "quarters", "mean"))
+    assert [chosen.averaging_at(layer) for layer in range(5)] == ["points", "quarters", "mean", "mean", "mean"]
+    assert [Fidelity(averaging="mean").averaging_at(layer) for layer in range(2)] == ["mean", "mean"]
+
+
+@pytest.mark.parametrize(
+    ("given", "kept"),
+    [
+        (("mean",), "mean"),
+        (("mean", "mean"), "mean"),
+        (["quarters", "mean", "mean"], ("quarters", "mean")),
+        (("mean", "points", "mean"), ("mean", "points", "mean")),
+    ],
+)
+def test_the_same_averaging_is_an_equal_fidelity(given, kept):
+    assert Fidelity(averaging=given).averaging == kept
+    assert Fidelity(averaging=given) == Fidelity(averaging=kept)
 
 
 def test_a_fidelity_is_a_value():
@@ -124,6 +146,7 @@ def test_densities_are_known_by_name():
         (Fidelity(mesh="fine"), "mesh fine"),
         (Fidelity(mesh=MESHES["draft"], precision="int8", cells=20), "mesh draft, precision int8, cells 20"),
         (Fidelity(mesh=replace(MESHES["draft"], most_elements=50)), "mesh of its own"),
+        (Fidelity(mesh="fine", averaging=("points", "mean")), "mesh fine, averaging points, then mean"),
     ],
 )
 def test_a_summary_says_what_differs_from_a_plain_mesh(fidelity, words):

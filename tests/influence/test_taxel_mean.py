@@ -16,7 +16,7 @@ from mjtactile.influence.storage import in_storage
 from mjtactile.influence.surface_load import SurfaceLoad
 
 
-def averaged(plain: InfluenceMatrices, averaging: str) -> InfluenceMatrices:
+def averaged(plain: InfluenceMatrices, averaging: str | tuple[str, ...]) -> InfluenceMatrices:
     return in_storage(plain, replace(plain.fidelity, averaging=averaging))
 
 
@@ -41,6 +41,16 @@ def test_readings_are_the_von_mises_stress_of_the_mean_stress(pad, request):
     for readings in (mean.readings(load), mean.readings_of(mean.point_response(load))):
         np.testing.assert_allclose(readings, von_mises_of(expected), rtol=1e-9)
     np.testing.assert_allclose(mean.stress(load), expected, rtol=1e-9, atol=1e-11 * np.abs(expected).max())
+
+
+def test_each_layer_is_averaged_in_its_own_way(draft):
+    ways, load = ("points", "quarters", "mean", "points"), load_on(draft)
+    readings = averaged(draft, ways).readings(load)
+    for layer, way in enumerate(ways):
+        expected = (draft if way == "points" else averaged(draft, way)).readings(load)
+        np.testing.assert_allclose(readings[layer], expected[layer], rtol=1e-9)
+    others = averaged(draft, "mean").readings(load)
+    assert all(np.abs(readings[layer] / others[layer] - 1).max() > 1e-3 for layer in (0, 1, 3))
 
 
 def quarter_means(influence: InfluenceMatrices, response: np.ndarray, sensing_layer: int) -> np.ndarray:

@@ -52,9 +52,7 @@ class Choice:
     def from_dict(cls, values: dict[str, Any]) -> Choice:
         """The choice that a measured row is about; `values` may hold other keys as well."""
         # Old rows do not name averaging and loads, which had one value each.
-        named = {field.name: values[field.name] for field in fields(cls) if field.name in values}
-        listed = {name: tuple(value) for name, value in named.items() if isinstance(value, list)}
-        return cls(**named | listed)
+        return cls(**{field.name: _fixed(values[field.name]) for field in fields(cls) if field.name in values})
 
     @classmethod
     def of(cls, fidelity: Fidelity) -> Choice:
@@ -122,9 +120,9 @@ def _around_presets(around: dict[str, dict[str, list[Any]]]) -> Iterator[Choice]
         yield centre
         for name, values in ranges.items():
             for value in values:
-                yield replace(centre, **{name: (value,) if name == "points" else _listed(value)})
+                yield replace(centre, **{name: (value,) if name == "points" else _fixed(value)})
 
 
-def _listed(value: Any) -> Any:
-    """A value from TOML, with a tuple for a list."""
+def _fixed(value: Any) -> Any:
+    """A value from TOML or JSON, with a tuple for a list."""
     return tuple(value) if isinstance(value, list) else value
