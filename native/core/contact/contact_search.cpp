@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kCloser = 15, kEnough = 25;
 // Open parts (bent or hollow), which fill less than kOpen of their rectangle, are sampled on kClosest x kClosest points.
 constexpr std::size_t kClosest = 31;
-constexpr double kOpen = 0.499;
+constexpr double kOpen = 0.449;
 constexpr int kLooks = 4, kBisections = 16, kStripBisections = 8;
 // The level is bisected until at most this many samples lie between the bounds. Then their heights are bisected.
 constexpr std::size_t kFewSamples = 16;
