@@ -30,6 +30,7 @@ struct Scratch {
   RigidContact contact;
   GapMap gap;
   ShearIntegrals shear_integrals;
+  FullCompliance full;
   SurfaceShear surface_shear;
 };
 
@@ -359,8 +360,8 @@ void mjt_full_compliance(const mjt_pad* pad, size_t cells, const double* centroi
   integrate_edges(face, kept.shear_integrals);
   const SurfaceCells placed = {cells, centroids, 1, areas, inverse_distance, nullptr};
   const Placement turned = {std::cos(angle), std::sin(angle), {0.0, 0.0}};
-  pad->pad->compliance().full(placed, kept.shear_integrals, turned, nullptr, kept.compliance, kept.matrix);
-  copy(kept.matrix, compliance);
+  kept.full.begin(pad->pad->compliance(), {placed, &kept.shear_integrals, turned}, nullptr, kept.compliance);
+  copy(kept.full.whole(), compliance);
 }
 
 int mjt_surface_shear(size_t cells, const double* centroids, const double* pressing, const double* heights,
@@ -369,13 +370,10 @@ int mjt_surface_shear(size_t cells, const double* centroids, const double* press
   Scratch& kept = scratch();
   std::vector<Point> points;
   for (size_t i = 0; i < cells; ++i) points.push_back({centroids[2 * i], centroids[2 * i + 1]});
-  if (compliance != nullptr) {
-    kept.matrix.resize(3 * cells, 3 * cells);
-    copy(compliance, kept.matrix);
-  }
+  if (compliance != nullptr) kept.full.set(cells, compliance);
   const PressedCells pressed = {cells, points.data(), pressing, heights, {frame[0], frame[1]}, frame[2], tilting != 0,
                                 nullptr};
-  const ShearProblem problem = {pressed, compliance == nullptr ? nullptr : &kept.matrix, wrench, friction};
+  const ShearProblem problem = {pressed, compliance == nullptr ? nullptr : &kept.full, wrench, friction};
   const ShearOutcome outcome = kept.surface_shear.solve(*tangential_named(tangential), problem, forces);
   return (outcome.refused ? 1 : 0) | (outcome.slides ? 2 : 0) | (outcome.simplified ? 4 : 0);
 }

@@ -79,7 +79,7 @@ double depth(const mjt_press& press, const SolvedCells& solved, std::size_t cell
   double sum = 0.0;
   if (solved.full != nullptr) {
     double force[3];
-    const double* row = (*solved.full)[2 * cells + cell];
+    const double* row = solved.full->normal_row(cell);
     for (std::size_t j = 0; j < cells; ++j) {
       solved.forces.at(j, force);
       for (std::size_t k = 0; k < 3; ++k) sum -= row[k * cells + j] * force[k];

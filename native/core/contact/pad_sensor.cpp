@@ -450,8 +450,8 @@ bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
   const bool plain = !choice.couples() && options_.friction < 0.0 && !(any_torsion_ && touch.wrench[5] != 0.0);
   if (plain || !press.contact().exact()) return false;
   const Face& cells = press.cells();
-  const Placement placement = press.placement();
-  const SurfaceCompliance& compliance = pad_->compliance();
+  const BentCells* bent = curved() ? &press.laid() : nullptr;
+  const Bend bend = curved() ? bent->bend() : Bend{};
   if (choice.couples()) {
     const bool whole = press.flat && &cells == press.keeps.get();
     if (!whole || press.sheared != press.keeps) {
@@ -462,11 +462,10 @@ bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
       }
     }
     press.sheared = whole ? press.keeps : nullptr;
-    const BentCells* bent = curved() ? &press.laid() : nullptr;
-    const Bend bend = curved() ? bent->bend() : Bend{};
     const Matrix* normal = options_.law->couples() ? &press.workspace.matrix : nullptr;
-    compliance.full(CellContact::on_surface(cells, press.workspace, bent, bend), press.integrals, placement, normal,
-                    press.workspace.compliance, press.full);
+    press.full.begin(pad_->compliance(),
+                     {CellContact::on_surface(cells, press.workspace, bent, bend), &press.integrals, press.placement()},
+                     normal, press.workspace.compliance);
   }
   PressedCells pressed = press.contact().pressed_cells(cells, press.heights(), press.workspace);
   pressed.gradients = gradients(press);

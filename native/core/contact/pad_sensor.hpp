@@ -58,7 +58,7 @@ struct SolvedCells {
   const double* heights = nullptr;         // of the body above the cells (cells) [m]; null for a flat face
   const double* sunk = nullptr;            // lowering of the surface by other bodies (cells) [m]; null for none
   CellForces forces = {nullptr};           // on the cells; on a curved pad in the tangent plane's frame
-  const Matrix* full = nullptr;            // compliance with which shear was solved; null for none
+  const FullCompliance* full = nullptr;    // compliance with which shear was solved; null for none
   const CellContact::Workspace* workspace = nullptr;
 };
 
@@ -128,7 +128,7 @@ class PadSensor {
     std::shared_ptr<const Face> keeps;   // the face in use
     std::shared_ptr<const Face> sheared; // the face to which the integrals belong; null for none
     ShearIntegrals integrals;
-    Matrix full;
+    FullCompliance full;
     std::vector<double> forces, sunk;    // on the cells [N]; lowering of the surface by other bodies [m]
     std::vector<double> pressing;        // forces on the cells along the surface's normals [N]
     std::vector<Point> leans;            // of the cells [-]; empty if none leans

@@ -73,12 +73,11 @@ struct Kernels {
 
   double (*dot)(const double* a, const double* b, std::size_t count);
 
-  // One row of a half space's compliance from integrals over pairs of cells: of 1/r, xx, xy, yy, along and across (see
-  // ShearIntegrals). `turn`: rotation of the cells, as cosine squared, cosine times sine, sine squared, cosine and
-  // sine. `rows`: components xx, xy, xz, yy, yz and zz, times `per_area`. `share` and `slope`: weights of the integrals
-  // other than that of 1/r.
-  void (*shear_row)(const double* const* integrals, const double* per_area, const double* turn, double share,
-                    double slope, std::size_t count, double* const* rows);
+  // One row of a half space's compliance along the surface from integrals over pairs of cells: of 1/r, xx, xy and yy
+  // (see ShearIntegrals). `turn`: cosine and sine of the cells' rotation. `rows`: components xx, xy and yy, times
+  // `per_area`. `share`: weight of the integrals other than that of 1/r.
+  void (*tangential_row)(const double* const* integrals, const double* per_area, const double* turn, double share,
+                         std::size_t count, double* const* rows);
 
   // Cholesky factor: replace the upper triangle of a symmetric matrix of at most kFactorRows rows by U of U^T U. False
   // if the matrix is not positive definite.

@@ -285,24 +285,20 @@ inline double dot(const double* a, const double* b, std::size_t count) {
   return sum;
 }
 
-inline void shear_row(const double* const* integrals, const double* per_area, const double* turn, double share,
-                      double slope, std::size_t count, double* const* rows) {
-  constexpr std::size_t kAtOnce = 8, kRows = 6;
-  const double cc = turn[0], cs = turn[1], ss = turn[2], cosine = turn[3], sine = turn[4];
+inline void tangential_row(const double* const* integrals, const double* per_area, const double* turn, double share,
+                           std::size_t count, double* const* rows) {
+  constexpr std::size_t kAtOnce = 8, kIntegrals = 4, kRows = 3;
+  const double cc = turn[0] * turn[0], cs = turn[0] * turn[1], ss = turn[1] * turn[1];
   const auto block = [&](std::size_t first, std::size_t taken) {
     // The numbers are copied to arrays of fixed length, because the compiler vectorises loops over them.
-    double in[kRows][kAtOnce] = {}, area[kAtOnce] = {}, out[kRows][kAtOnce];
-    for (std::size_t k = 0; k < kRows; ++k) std::memcpy(in[k], integrals[k] + first, taken * sizeof(double));
+    double in[kIntegrals][kAtOnce] = {}, area[kAtOnce] = {}, out[kRows][kAtOnce];
+    for (std::size_t k = 0; k < kIntegrals; ++k) std::memcpy(in[k], integrals[k] + first, taken * sizeof(double));
     std::memcpy(area, per_area + first, taken * sizeof(double));
     for (std::size_t j = 0; j < kAtOnce; ++j) {
-      const double distance = in[0][j], xx = in[1][j], xy = in[2][j], yy = in[3][j], along = in[4][j];
-      const double across = in[5][j];
+      const double distance = in[0][j], xx = in[1][j], xy = in[2][j], yy = in[3][j];
       out[0][j] = area[j] * (distance + share * (ss * xx + 2.0 * cs * xy + cc * yy));
       out[1][j] = -area[j] * share * (cs * (xx - yy) + (cc - ss) * xy);
-      out[2][j] = area[j] * slope * (cosine * along - sine * across);
-      out[3][j] = area[j] * (distance + share * (cc * xx - 2.0 * cs * xy + ss * yy));
-      out[4][j] = area[j] * slope * (sine * along + cosine * across);
-      out[5][j] = area[j] * distance;
+      out[2][j] = area[j] * (distance + share * (cc * xx - 2.0 * cs * xy + ss * yy));
     }
     for (std::size_t k = 0; k < kRows; ++k) std::memcpy(rows[k] + first, out[k], taken * sizeof(double));
   };
@@ -794,7 +790,7 @@ constexpr Kernels kernels_named(const char* name) {
           shear_of_point,
           sum_shear,
           dot,
-          shear_row,
+          tangential_row,
           factor_small,
           eliminate,
           solve_upper,

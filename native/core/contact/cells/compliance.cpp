@@ -179,50 +179,94 @@ void SurfaceCompliance::normal(const SurfaceCells& cells, Workspace& workspace, 
   mirror_upper(compliance);
 }
 
-void SurfaceCompliance::full(const SurfaceCells& placed, const ShearIntegrals& integrals, const Placement& placement,
-                             const Matrix* normal, Workspace& workspace, Matrix& compliance) const {
-  const std::size_t cells = placed.count;
-  const Bend* bend = placed.bend;
-  average_splines(placed, workspace);
-  compliance.resize(3 * cells, 3 * cells);
-  // Surface response to a point force (Johnson 1985, eqs. 3.18 and 3.75 to 3.77), z out of the pad.
-  const double share = poisson_ / (1.0 - poisson_), slope = (1.0 - 2.0 * poisson_) / (2.0 * (1.0 - poisson_));
-  const double cosine = placement.cosine, sine = placement.sine;
-  const double turn[5] = {cosine * cosine, cosine * sine, sine * sine, cosine, sine};
-  std::vector<double>&inverse_areas = workspace.smooth, &per_area = workspace.coefficients;
-  inverse_areas.resize(cells);
-  per_area.resize(cells);
-  for (std::size_t i = 0; i < cells; ++i) inverse_areas[i] = 1.0 / placed.areas[i];
-  for (std::size_t i = 0; i < cells; ++i) {
-    const double own = factor_ * inverse_areas[i];
-    for (std::size_t j = 0; j < cells; ++j) per_area[j] = own * inverse_areas[j];
-    if (bend != nullptr) bend->scale_to_surface_distances(i, 0, cells, per_area.data());
-    const std::size_t at = i * cells;
-    const double* from[6] = {placed.inverse_distance + at,    integrals.xx.data() + at,    integrals.xy.data() + at,
-                             integrals.yy.data() + at, integrals.along.data() + at, integrals.across.data() + at};
-    double *x = compliance[i], *y = compliance[cells + i], *z = compliance[2 * cells + i];
-    double* rows[6] = {x, x + cells, x + 2 * cells, y + cells, y + 2 * cells, z + 2 * cells};
-    kernels().shear_row(from, per_area.data(), turn, share, slope, cells, rows);
+// The half space's factor over the areas of a cell and of every cell [1/(Pa m^4)]; multiplied by the integrals, it is a
+// row of the compliance. Must be called for cell 0 first.
+const double* SurfaceCompliance::per_areas(const SurfaceCells& cells, std::size_t cell, Workspace& workspace) const {
+  std::vector<double>&inverse_areas = workspace.smooth, &row = workspace.coefficients;
+  if (cell == 0) {
+    inverse_areas.resize(cells.count);
+    for (std::size_t j = 0; j < cells.count; ++j) inverse_areas[j] = 1.0 / cells.areas[j];
+    row.resize(cells.count);
   }
-  // Blocks on the diagonal and to its right. Rows of the coefficients belong to columns of the result in
-  // add_remainder(). So block (a, b) is given the coefficients (b, a).
-  for (std::size_t a = 0; a < 3; ++a) {
-    for (std::size_t b = a; b < 3; ++b) {
-      if (a == 2 && normal != nullptr) continue;
+  const double own = factor_ * inverse_areas[cell];
+  for (std::size_t j = 0; j < cells.count; ++j) row[j] = own * inverse_areas[j];
+  if (cells.bend != nullptr) cells.bend->scale_to_surface_distances(cell, 0, cells.count, row.data());
+  return row.data();
+}
+
+// The surface's response to a point force is that of Johnson 1985, eqs. 3.18 and 3.75 to 3.77, with z out of the pad.
+void SurfaceCompliance::lifts(const ShearedCells& sheared, const Matrix& normal, Workspace& workspace,
+                              Matrix& compliance) const {
+  const SurfaceCells& cells = sheared.cells;
+  const std::size_t count = cells.count;
+  average_splines(cells, workspace);
+  compliance.resize(3 * count, 3 * count);
+  const double slope = (1.0 - 2.0 * poisson_) / (2.0 * (1.0 - poisson_));
+  const double cosine = slope * sheared.placement.cosine, sine = slope * sheared.placement.sine;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double* per_area = per_areas(cells, i, workspace);
+    const double* along = sheared.integrals->along.data() + i * count;
+    const double* across = sheared.integrals->across.data() + i * count;
+    double* row = compliance[2 * count + i];
+    // A cell is lifted by a force beside it as it is moved by the opposite force.
+    for (std::size_t j = 0; j < count; ++j) row[j] = -per_area[j] * (cosine * along[j] - sine * across[j]);
+    for (std::size_t j = 0; j < count; ++j) row[count + j] = -per_area[j] * (sine * along[j] + cosine * across[j]);
+    std::copy(normal[i], normal[i] + count, row + 2 * count);
+  }
+  // Rows of the coefficients belong to columns of the result in add_remainder(). So block (a, b) is given the
+  // coefficients (b, a).
+  for (std::size_t b = 0; b < 2; ++b) {
+    add_remainder(full_remainder_[b * splines()] + 2 * splines(), full_remainder_.stride(), false, workspace,
+                  compliance[2 * count] + b * count, compliance.stride());
+  }
+  for (std::size_t i = 0; cells.bend != nullptr && i < count; ++i) {
+    double* row = compliance[2 * count + i];
+    for (std::size_t j = 0; j < 2 * count; ++j) row[j] *= cells.bend->stretches[i];
+  }
+}
+
+void SurfaceCompliance::slides(const ShearedCells& sheared, Workspace& workspace, Matrix& compliance) const {
+  const SurfaceCells& cells = sheared.cells;
+  const ShearIntegrals& integrals = *sheared.integrals;
+  const std::size_t count = cells.count;
+  average_splines(cells, workspace);
+  const double share = poisson_ / (1.0 - poisson_), turn[2] = {sheared.placement.cosine, sheared.placement.sine};
+  for (std::size_t i = 0; i < count; ++i) {
+    const double* per_area = per_areas(cells, i, workspace);
+    const std::size_t at = i * count;
+    const double* from[4] = {cells.inverse_distance + at, integrals.xx.data() + at, integrals.xy.data() + at,
+                             integrals.yy.data() + at};
+    double *x = compliance[i], *y = compliance[count + i];
+    double* const rows[3] = {x, x + count, y + count};
+    kernels().tangential_row(from, per_area, turn, share, count, rows);
+  }
+  for (std::size_t a = 0; a < 2; ++a) {
+    for (std::size_t b = a; b < 2; ++b) {
       add_remainder(full_remainder_[b * splines()] + a * splines(), full_remainder_.stride(), a == b, workspace,
-                    compliance[a * cells] + b * cells, compliance.stride());
+                    compliance[a * count] + b * count, compliance.stride());
     }
   }
-  for (std::size_t i = 0; bend != nullptr && i < cells; ++i) {
-    for (std::size_t j = 0; j < cells; ++j) {
-      compliance[2 * cells + i][2 * cells + j] *= bend->stretches[i] * bend->stretches[j];
-      for (std::size_t a = 0; a < 2; ++a) compliance[a * cells + i][2 * cells + j] *= bend->stretches[j];
-    }
-  }
-  for (std::size_t i = 0; normal != nullptr && i < cells; ++i) {
-    std::copy((*normal)[i], (*normal)[i] + cells, compliance[2 * cells + i] + 2 * cells);
-  }
+  transpose_part(compliance, 2 * count, 3 * count, 0, 2 * count, compliance);
   mirror_upper(compliance);
+}
+
+void FullCompliance::begin(const SurfaceCompliance& surface, const SurfaceCompliance::ShearedCells& sheared,
+                           const Matrix* normal, SurfaceCompliance::Workspace& workspace) {
+  surface_ = &surface, sheared_ = sheared, workspace_ = &workspace;
+  if (normal == nullptr) surface.normal(sheared.cells, workspace, normal_);
+  surface.lifts(sheared, normal == nullptr ? normal_ : *normal, workspace, matrix_);
+}
+
+void FullCompliance::set(std::size_t cells, const double* numbers) {
+  surface_ = nullptr;
+  matrix_.resize(3 * cells, 3 * cells);
+  for (std::size_t i = 0; i < 3 * cells; ++i, numbers += 3 * cells) std::copy(numbers, numbers + 3 * cells, matrix_[i]);
+}
+
+const Matrix& FullCompliance::whole() {
+  if (surface_ != nullptr) surface_->slides(sheared_, *workspace_, matrix_);
+  surface_ = nullptr;
+  return matrix_;
 }
 
 void SurfaceCompliance::add_sinking(const SurfaceCells& cells, const SurfaceCells& pressed, const double* forces,

@@ -110,13 +110,20 @@ class SurfaceCompliance {
   void add_sinking(const SurfaceCells& cells, const SurfaceCells& pressed, const double* forces, Workspace& workspace,
                    double* sunk) const;
 
-  // Mean displacement of each cell, one point each, per force on each cell, (component, cell) by (component, cell)
-  // [m/N], both triangles. Pad frame, z out of the pad. `integrals`: of the same cells in their own frame. `normal`:
-  // their normal compliance; null where it is not known.
-  void full(const SurfaceCells& cells, const ShearIntegrals& integrals, const Placement& placement,
-            const Matrix* normal, Workspace& workspace, Matrix& compliance) const;
+  // Cells, the integrals over pairs of them in their own frame, and their placement.
+  struct ShearedCells {
+    SurfaceCells cells;
+    const ShearIntegrals* integrals;
+    Placement placement;
+  };
+  // Set the rows of the normal displacement in a matrix of the mean displacement of each cell per force on each cell,
+  // (component, cell) by (component, cell) [m/N], pad frame, z out of the pad. `normal`: the cells' normal compliance.
+  void lifts(const ShearedCells& sheared, const Matrix& normal, Workspace& workspace, Matrix& compliance) const;
+  // Set the other rows. Those of the normal displacement must be set.
+  void slides(const ShearedCells& sheared, Workspace& workspace, Matrix& compliance) const;
 
  private:
+  const double* per_areas(const SurfaceCells& cells, std::size_t cell, Workspace& workspace) const;
   // Compute the mean values of the splines over each cell.
   void average_splines(const SurfaceCells& cells, Workspace& workspace) const;
   // Add the remainder between the cells of the last average_splines() to `block`. `upper`: only on and above the
@@ -129,6 +136,29 @@ class SurfaceCompliance {
   Matrix remainder_, full_remainder_;
   double poisson_ = 0.0;
   std::vector<double> areas_, stiffnesses_;  // logarithms
+};
+
+// Compliance of contact cells in all directions, (component, cell) by (component, cell) [m/N], both triangles. Most of it
+// is computed only when it is asked for, because contacts that slide as a whole need the rows of the normal displacement
+// only.
+class FullCompliance {
+ public:
+  // Of other cells. What is given must stay until all is computed or the next call. `normal`: their normal compliance;
+  // null if it is not known.
+  void begin(const SurfaceCompliance& surface, const SurfaceCompliance::ShearedCells& sheared, const Matrix* normal,
+             SurfaceCompliance::Workspace& workspace);
+  // Take a given matrix.
+  void set(std::size_t cells, const double* numbers);
+
+  // Normal displacement of a cell under forces in all directions (component, cell).
+  const double* normal_row(std::size_t cell) const { return matrix_[2 * (matrix_.rows() / 3) + cell]; }
+  const Matrix& whole();
+
+ private:
+  Matrix matrix_, normal_;
+  const SurfaceCompliance* surface_ = nullptr;   // null if the matrix is complete
+  SurfaceCompliance::ShearedCells sheared_ = {};
+  SurfaceCompliance::Workspace* workspace_ = nullptr;
 };
 
 }  // namespace mjtactile

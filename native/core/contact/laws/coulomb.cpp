@@ -36,7 +36,7 @@ bool slipping(const ShearProblem& problem, ShearWork& work, bool known, bool& sl
   }
   // A contact that slid as a whole most likely still slides. Then the compliance is not needed.
   if ((!known || work.slip.slid()) && work.slip.slides(work.grip, wanted, friction, work.shear.data())) return true;
-  work.displace(problem.cells, *problem.compliance, work.normal.data());
+  work.displace(problem.cells, problem.compliance->whole(), work.normal.data());
   const SlipProblem slip = {work.tangential, work.grip, work.free_slip.data(), wanted};
   if (work.slip.solve(slip, friction, known, work.limit, work.shear.data())) {
     return true;
@@ -55,7 +55,7 @@ class Coulomb final : public TangentialChoice {
 
   ShearOutcome solve(const ShearProblem& problem, ShearWork& work, double* forces) const override {
     const PressedCells& cells = problem.cells;
-    const Matrix& compliance = *problem.compliance;
+    const FullCompliance& compliance = *problem.compliance;
     const std::size_t count = cells.count, reached = work.reached.size(), motions = cells.tilting ? 3 : 1;
     work.contact.forget();
     work.contact.allow();
@@ -71,7 +71,7 @@ class Coulomb final : public TangentialChoice {
     }
     for (std::size_t i = 0; i < reached; ++i) {
       const std::size_t place = work.reached[i];
-      const double* from = compliance[2 * count + place] + 2 * count;
+      const double* from = compliance.normal_row(place) + 2 * count;
       for (std::size_t j = 0; j < reached; ++j) work.pressed[i][j] = from[work.reached[j]];
       if (cells.heights != nullptr) work.gaps[i] = cells.heights[place] - lowest;
       double* modes = work.modes.data() + i * motions;
@@ -97,7 +97,7 @@ class Coulomb final : public TangentialChoice {
         if (!work.limit.leaves(2 * work.held.size(), kReserve)) break;
         if (round == 1 || work.held != work.last_held) work.mixing.forget();
         for (std::size_t i = 0; i < reached; ++i) {
-          work.new_lift[i] = -dot(compliance[2 * count + work.reached[i]], work.along.data(), 2 * count);
+          work.new_lift[i] = -dot(compliance.normal_row(work.reached[i]), work.along.data(), 2 * count);
           // The error of the assumed lift, converted to a force by the cell's own compliance.
           changed = std::max(changed, std::abs(work.new_lift[i] - work.lift[i]) / work.pressed[i][i]);
           work.start[i] = work.normal[work.reached[i]] > 0.0 ? 1 : 0;

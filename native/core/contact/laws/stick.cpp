@@ -30,7 +30,7 @@ bool bonded(const ShearProblem& problem, ShearWork& work, double* forces) {
   wanted[4] = wrench[1];
   wanted[5] = (wrench[5] - (cells.middle.x * wrench[1] - cells.middle.y * wrench[0])) / cells.length;
   const double* heights = cells.heights == nullptr ? nullptr : work.heights.data();
-  const BondedProblem body = {*problem.compliance, cells.count, work.reached, work.levers.data(), heights, wanted,
+  const BondedProblem body = {problem.compliance->whole(), cells.count, work.reached, work.levers.data(), heights, wanted,
                               cells.tilting};
   if (!work.bonded.solve(body, work.start.data(), work.limit)) {
     return false;
@@ -49,7 +49,7 @@ bool bonded(const ShearProblem& problem, ShearWork& work, double* forces) {
 bool bonded_as_pressed(const ShearProblem& problem, ShearWork& work, double* forces) {
   const PressedCells& cells = problem.cells;
   work.hold(cells, cells.pressing);
-  work.displace(cells, *problem.compliance, cells.pressing);
+  work.displace(cells, problem.compliance->whole(), cells.pressing);
   double wanted[3];
   work.grip.about_centre(problem.wrench, problem.wrench[5], wanted);
   work.allow();  // the work may be spent already, and this takes only one factorisation

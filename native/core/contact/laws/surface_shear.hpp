@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "contact/cells/compliance.hpp"
 #include "contact/solvers/bonded_contact.hpp"
 #include "contact/solvers/limit_surface.hpp"
 #include "contact/solvers/partial_slip.hpp"
@@ -35,7 +36,7 @@ struct PressedCells {
 // The cells, and the wrench that they must carry.
 struct ShearProblem {
   const PressedCells& cells;
-  const Matrix* compliance;  // see SurfaceCompliance::full; null if the choice needs none
+  FullCompliance* compliance;   // of the cells; null if the choice needs none
   const double* wrench;      // (6) about the pad's origin [N, N m]
   double friction;           // coefficient; negative: no bound
 };
