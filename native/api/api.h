@@ -153,7 +153,7 @@ MJT_API void mjt_pad_set_tangential(mjt_pad* pad, double poisson, const double* 
 /* Integrals of a half space's response over pairs of cells (6, cells, cells) [m^3]: of 1/r and of ShearIntegrals. edges
    (count, 2 ends, 2) [m], with the cells on their left and right (count, 2), -1 for none. */
 MJT_API void mjt_half_space(size_t cells, size_t edges, const double* ends, const int32_t* sides, double* integrals);
-/* Compliance (3, cells, 3, cells) [m/N] between cells at their given positions, see SurfaceCompliance::full. edges
+/* Compliance (3, cells, 3, cells) [m/N] between cells at their given positions, see FullCompliance. edges
    (count, 2 ends, 2) [m], with the cells on their left and right (count, 2), -1 for none. */
 MJT_API void mjt_full_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
                                  const double* inverse_distance, size_t edges, const double* ends,

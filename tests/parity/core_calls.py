@@ -55,7 +55,7 @@ def full_compliance(
     sides: npt.NDArray[np.int32],
     angle: float = 0.0,
 ) -> Array:
-    """Mean displacement per force, (3, cells, 3, cells) [m/N], of turned cells, see SurfaceCompliance::full."""
+    """Mean displacement per force, (3, cells, 3, cells) [m/N], of turned cells, see FullCompliance."""
     pad = contact_pad(influence)
     give_shear(pad, influence)
     arrays = [contiguous(one) for one in (centroids, areas, inverse_distance)]
