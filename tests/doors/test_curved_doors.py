@@ -144,7 +144,7 @@ def test_a_press_of_a_dataset_is_that_contact_turned_with_the_surface(pad, tmp_p
         np.testing.assert_allclose(readings, influence.readings(load), rtol=2e-3, atol=2e-3 * readings.max())
 
 
-@pytest.mark.parametrize(("shape", "off"), [("sphere", 0.01), ("doughnut", 0.05)])
+@pytest.mark.parametrize(("shape", "off"), [("sphere", 0.01), ("doughnut", 0.03)])
 def test_a_dataset_of_either_backend_reads_the_same_at_the_apex(shape, off, tmp_path):
     contact = ContactSpec(shapes=(shape,), size=(0.4, 0.4), force=(0.1, 0.1), tilt=(0.0, 0.0), rotation=(0.0, 0.0))
     found = []
@@ -155,7 +155,7 @@ def test_a_dataset_of_either_backend_reads_the_same_at_the_apex(shape, off, tmp_
         make_dataset(spec, tmp_path / backend, progress=False)
         found.append(read_dataset(tmp_path / backend).readings[0])
     # In MuJoCo the dome has facets of .44 mm, and the force is settled to 1e-4. Under the doughnut, a mesh
-    # there, the 20 cells of "fast" lie elsewhere; either contact is a few per cent off one with many cells.
+    # there, the 20 cells of "fast" lie elsewhere.
     np.testing.assert_allclose(found[1], found[0], atol=off * found[0].max())
 
 

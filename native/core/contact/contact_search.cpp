@@ -12,9 +12,6 @@ namespace {
 // A part is sampled on a grid of kCloser x kCloser points. The grid is refined until at least kEnough points are below
 // the level, at most kLooks times.
 constexpr std::size_t kCloser = 15, kEnough = 25;
-// Open parts (bent or hollow), which fill less than kOpen of their rectangle, are sampled on kClosest x kClosest points.
-constexpr std::size_t kClosest = 31;
-constexpr double kOpen = 0.449;
 constexpr int kLooks = 4, kBisections = 16, kStripBisections = 8;
 // The level is bisected until at most this many samples lie between the bounds. Then their heights are bisected.
 constexpr std::size_t kFewSamples = 16;
@@ -236,8 +233,6 @@ void ContactSearch::gather_parts() {
   }
   for (std::size_t k = 0; k < part_count_; ++k) {
     Region region = region_about(members_[k], step_, 0.0, *map_);
-    const double filled = static_cast<double>(members_[k].size()) * step_[0] * step_[1] / region.area();
-    parts_[k].columns = parts_[k].rows = filled < kOpen ? kClosest : kCloser;
     region.width += 2.0 * spacing_;
     region.height += 2.0 * spacing_;
     parts_[k].region = region;
@@ -253,6 +248,7 @@ Point ContactSearch::point_of(const Part& part, std::size_t place) const {
 }
 
 void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& part) {
+  part.columns = part.rows = kCloser;
   part.cosine = std::cos(part.region.angle), part.sine = std::sin(part.region.angle);
   part.cell = part.region.area() / static_cast<double>(part.columns * part.rows);
   closer_.clear();
@@ -307,8 +303,8 @@ double ContactSearch::level_for(const SearchLoad& load, double least_area, doubl
   const auto carries = [&](const Below& below) {
     return stiffness(below) * below.level >= load.force && below.area >= least_area;
   };
-  Below low = all_below(0.0), high = all_below(highest);
   if (!(highest > 0.0)) return 0.0;
+  Below low = all_below(0.0), high = all_below(highest);
   if (!carries(high)) return highest + same();
   for (int step = 0; step < kBisections && high.points > low.points + kFewSamples; ++step) {
     const Below middle = all_below((low.level + high.level) / 2);

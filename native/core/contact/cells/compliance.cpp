@@ -195,8 +195,8 @@ const double* SurfaceCompliance::per_areas(const SurfaceCells& cells, std::size_
 }
 
 // The surface's response to a point force is that of Johnson 1985, eqs. 3.18 and 3.75 to 3.77, with z out of the pad.
-void SurfaceCompliance::lifts(const ShearedCells& sheared, const Matrix& normal, Workspace& workspace,
-                              Matrix& compliance) const {
+void SurfaceCompliance::set_normal_rows(const ShearedCells& sheared, const Matrix& normal, Workspace& workspace,
+                                        Matrix& compliance) const {
   const SurfaceCells& cells = sheared.cells;
   const std::size_t count = cells.count;
   average_splines(cells, workspace);
@@ -208,7 +208,7 @@ void SurfaceCompliance::lifts(const ShearedCells& sheared, const Matrix& normal,
     const double* along = sheared.integrals->along.data() + i * count;
     const double* across = sheared.integrals->across.data() + i * count;
     double* row = compliance[2 * count + i];
-    // A cell is lifted by a force beside it as it is moved by the opposite force.
+    // Component zx of a pair is xz of the reversed pair. The integrals change their sign with the order of the cells.
     for (std::size_t j = 0; j < count; ++j) row[j] = -per_area[j] * (cosine * along[j] - sine * across[j]);
     for (std::size_t j = 0; j < count; ++j) row[count + j] = -per_area[j] * (sine * along[j] + cosine * across[j]);
     std::copy(normal[i], normal[i] + count, row + 2 * count);
@@ -225,7 +225,8 @@ void SurfaceCompliance::lifts(const ShearedCells& sheared, const Matrix& normal,
   }
 }
 
-void SurfaceCompliance::slides(const ShearedCells& sheared, Workspace& workspace, Matrix& compliance) const {
+void SurfaceCompliance::set_tangential_rows(const ShearedCells& sheared, Workspace& workspace,
+                                            Matrix& compliance) const {
   const SurfaceCells& cells = sheared.cells;
   const ShearIntegrals& integrals = *sheared.integrals;
   const std::size_t count = cells.count;
@@ -254,7 +255,7 @@ void FullCompliance::begin(const SurfaceCompliance& surface, const SurfaceCompli
                            const Matrix* normal, SurfaceCompliance::Workspace& workspace) {
   surface_ = &surface, sheared_ = sheared, workspace_ = &workspace;
   if (normal == nullptr) surface.normal(sheared.cells, workspace, normal_);
-  surface.lifts(sheared, normal == nullptr ? normal_ : *normal, workspace, matrix_);
+  surface.set_normal_rows(sheared, normal == nullptr ? normal_ : *normal, workspace, matrix_);
 }
 
 void FullCompliance::set(std::size_t cells, const double* numbers) {
@@ -264,7 +265,7 @@ void FullCompliance::set(std::size_t cells, const double* numbers) {
 }
 
 const Matrix& FullCompliance::whole() {
-  if (surface_ != nullptr) surface_->slides(sheared_, *workspace_, matrix_);
+  if (surface_ != nullptr) surface_->set_tangential_rows(sheared_, *workspace_, matrix_);
   surface_ = nullptr;
   return matrix_;
 }

@@ -118,9 +118,10 @@ class SurfaceCompliance {
   };
   // Set the rows of the normal displacement in a matrix of the mean displacement of each cell per force on each cell,
   // (component, cell) by (component, cell) [m/N], pad frame, z out of the pad. `normal`: the cells' normal compliance.
-  void lifts(const ShearedCells& sheared, const Matrix& normal, Workspace& workspace, Matrix& compliance) const;
-  // Set the other rows. Those of the normal displacement must be set.
-  void slides(const ShearedCells& sheared, Workspace& workspace, Matrix& compliance) const;
+  void set_normal_rows(const ShearedCells& sheared, const Matrix& normal, Workspace& workspace,
+                       Matrix& compliance) const;
+  // Set the rows of the tangential displacement, after those of the normal one.
+  void set_tangential_rows(const ShearedCells& sheared, Workspace& workspace, Matrix& compliance) const;
 
  private:
   const double* per_areas(const SurfaceCells& cells, std::size_t cell, Workspace& workspace) const;
@@ -138,9 +139,9 @@ class SurfaceCompliance {
   std::vector<double> areas_, stiffnesses_;  // logarithms
 };
 
-// Compliance of contact cells in all directions, (component, cell) by (component, cell) [m/N], both triangles. Most of it
-// is computed only when it is asked for, because contacts that slide as a whole need the rows of the normal displacement
-// only.
+// Compliance of contact cells in all directions, (component, cell) by (component, cell) [m/N], both triangles. Most of
+// it is computed only when it is asked for, because contacts that slide as a whole need the rows of the normal
+// displacement only.
 class FullCompliance {
  public:
   // Of other cells. What is given must stay until all is computed or the next call. `normal`: their normal compliance;

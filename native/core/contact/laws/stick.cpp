@@ -30,8 +30,8 @@ bool bonded(const ShearProblem& problem, ShearWork& work, double* forces) {
   wanted[4] = wrench[1];
   wanted[5] = (wrench[5] - (cells.middle.x * wrench[1] - cells.middle.y * wrench[0])) / cells.length;
   const double* heights = cells.heights == nullptr ? nullptr : work.heights.data();
-  const BondedProblem body = {problem.compliance->whole(), cells.count, work.reached, work.levers.data(), heights, wanted,
-                              cells.tilting};
+  const BondedProblem body = {problem.compliance->whole(), cells.count, work.reached, work.levers.data(), heights,
+                              wanted, cells.tilting};
   if (!work.bonded.solve(body, work.start.data(), work.limit)) {
     return false;
   }
