@@ -370,7 +370,7 @@ int mjt_surface_shear(size_t cells, const double* centroids, const double* press
   Scratch& kept = scratch();
   std::vector<Point> points;
   for (size_t i = 0; i < cells; ++i) points.push_back({centroids[2 * i], centroids[2 * i + 1]});
-  if (compliance != nullptr) kept.full.set(cells, compliance);
+  if (compliance != nullptr) copy(compliance, kept.full.given(cells));
   const PressedCells pressed = {cells, points.data(), pressing, heights, {frame[0], frame[1]}, frame[2], tilting != 0,
                                 nullptr};
   const ShearProblem problem = {pressed, compliance == nullptr ? nullptr : &kept.full, wrench, friction};

@@ -71,7 +71,9 @@ void SurfaceCompliance::set_tangential(double poisson, Matrix remainder) {
   full_remainder_ = std::move(remainder);
 }
 
-void SurfaceCompliance::average_splines(const SurfaceCells& cells, Workspace& workspace) const {
+void SurfaceCompliance::prepare(const SurfaceCells& cells, Workspace& workspace) const {
+  workspace.inverse_areas.resize(cells.count);
+  for (std::size_t i = 0; i < cells.count; ++i) workspace.inverse_areas[i] = 1.0 / cells.areas[i];
   const std::size_t per_cell = cells.per_cell;
   constexpr std::size_t kOver = QuadraticSplines::kOver;
   workspace.windows.clear();
@@ -160,11 +162,9 @@ void SurfaceCompliance::add_remainder(const double* remainder, std::size_t strid
 void SurfaceCompliance::normal(const SurfaceCells& cells, Workspace& workspace, Matrix& compliance) const {
   const std::size_t count = cells.count;
   const Bend* bend = cells.bend;
-  average_splines(cells, workspace);
+  prepare(cells, workspace);
   compliance.resize(count, count);
-  std::vector<double>& inverse_areas = workspace.smooth;
-  inverse_areas.resize(count);
-  for (std::size_t i = 0; i < count; ++i) inverse_areas[i] = 1.0 / cells.areas[i];
+  const std::vector<double>& inverse_areas = workspace.inverse_areas;
   for (std::size_t i = 0; i < count; ++i) {
     const double own = factor_ * inverse_areas[i];
     const double* near = cells.inverse_distance + i * count;
@@ -180,16 +180,12 @@ void SurfaceCompliance::normal(const SurfaceCells& cells, Workspace& workspace, 
 }
 
 // The half space's factor over the areas of a cell and of every cell [1/(Pa m^4)]; multiplied by the integrals, it is a
-// row of the compliance. Must be called for cell 0 first.
+// row of the compliance.
 const double* SurfaceCompliance::per_areas(const SurfaceCells& cells, std::size_t cell, Workspace& workspace) const {
-  std::vector<double>&inverse_areas = workspace.smooth, &row = workspace.coefficients;
-  if (cell == 0) {
-    inverse_areas.resize(cells.count);
-    for (std::size_t j = 0; j < cells.count; ++j) inverse_areas[j] = 1.0 / cells.areas[j];
-    row.resize(cells.count);
-  }
-  const double own = factor_ * inverse_areas[cell];
-  for (std::size_t j = 0; j < cells.count; ++j) row[j] = own * inverse_areas[j];
+  std::vector<double>& row = workspace.coefficients;
+  row.resize(cells.count);
+  const double own = factor_ * workspace.inverse_areas[cell];
+  for (std::size_t j = 0; j < cells.count; ++j) row[j] = own * workspace.inverse_areas[j];
   if (cells.bend != nullptr) cells.bend->scale_to_surface_distances(cell, 0, cells.count, row.data());
   return row.data();
 }
@@ -199,7 +195,7 @@ void SurfaceCompliance::set_normal_rows(const ShearedCells& sheared, const Matri
                                         Matrix& compliance) const {
   const SurfaceCells& cells = sheared.cells;
   const std::size_t count = cells.count;
-  average_splines(cells, workspace);
+  prepare(cells, workspace);
   compliance.resize(3 * count, 3 * count);
   const double slope = (1.0 - 2.0 * poisson_) / (2.0 * (1.0 - poisson_));
   const double cosine = slope * sheared.placement.cosine, sine = slope * sheared.placement.sine;
@@ -230,7 +226,6 @@ void SurfaceCompliance::set_tangential_rows(const ShearedCells& sheared, Workspa
   const SurfaceCells& cells = sheared.cells;
   const ShearIntegrals& integrals = *sheared.integrals;
   const std::size_t count = cells.count;
-  average_splines(cells, workspace);
   const double share = poisson_ / (1.0 - poisson_), turn[2] = {sheared.placement.cosine, sheared.placement.sine};
   for (std::size_t i = 0; i < count; ++i) {
     const double* per_area = per_areas(cells, i, workspace);
@@ -258,10 +253,10 @@ void FullCompliance::begin(const SurfaceCompliance& surface, const SurfaceCompli
   surface.set_normal_rows(sheared, normal == nullptr ? normal_ : *normal, workspace, matrix_);
 }
 
-void FullCompliance::set(std::size_t cells, const double* numbers) {
+Matrix& FullCompliance::given(std::size_t cells) {
   surface_ = nullptr;
   matrix_.resize(3 * cells, 3 * cells);
-  for (std::size_t i = 0; i < 3 * cells; ++i, numbers += 3 * cells) std::copy(numbers, numbers + 3 * cells, matrix_[i]);
+  return matrix_;
 }
 
 const Matrix& FullCompliance::whole() {

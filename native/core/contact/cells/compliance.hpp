@@ -97,7 +97,7 @@ class SurfaceCompliance {
   struct Workspace {
     std::vector<Window> windows;
     std::vector<Place> places;
-    std::vector<double> values, coefficients, smooth;
+    std::vector<double> values, coefficients, smooth, inverse_areas;
     std::vector<std::size_t> nonzero;  // first and last spline of each cell's range
     Matrix through, transposed;        // the remainder times the splines of each cell, and its transpose
   };
@@ -120,14 +120,14 @@ class SurfaceCompliance {
   // (component, cell) by (component, cell) [m/N], pad frame, z out of the pad. `normal`: the cells' normal compliance.
   void set_normal_rows(const ShearedCells& sheared, const Matrix& normal, Workspace& workspace,
                        Matrix& compliance) const;
-  // Set the rows of the tangential displacement, after those of the normal one.
+  // Set the rows of the tangential displacement, after those of the normal one and with the same workspace.
   void set_tangential_rows(const ShearedCells& sheared, Workspace& workspace, Matrix& compliance) const;
 
  private:
   const double* per_areas(const SurfaceCells& cells, std::size_t cell, Workspace& workspace) const;
-  // Compute the mean values of the splines over each cell.
-  void average_splines(const SurfaceCells& cells, Workspace& workspace) const;
-  // Add the remainder between the cells of the last average_splines() to `block`. `upper`: only on and above the
+  // Compute the inverse areas of the cells and the mean values of the splines over each.
+  void prepare(const SurfaceCells& cells, Workspace& workspace) const;
+  // Add the remainder between the cells of the last prepare() to `block`. `upper`: only on and above the
   // diagonal. `remainder`: first entry of its coefficients.
   void add_remainder(const double* remainder, std::size_t stride, bool upper, Workspace& workspace, double* block,
                      std::size_t block_stride) const;
@@ -148,8 +148,8 @@ class FullCompliance {
   // null if it is not known.
   void begin(const SurfaceCompliance& surface, const SurfaceCompliance::ShearedCells& sheared, const Matrix* normal,
              SurfaceCompliance::Workspace& workspace);
-  // Take a given matrix.
-  void set(std::size_t cells, const double* numbers);
+  // The matrix, for the caller to fill.
+  Matrix& given(std::size_t cells);
 
   // Normal displacement of a cell under forces in all directions (component, cell).
   const double* normal_row(std::size_t cell) const { return matrix_[2 * (matrix_.rows() / 3) + cell]; }
