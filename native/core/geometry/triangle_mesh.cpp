@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace mjtactile {
@@ -126,44 +127,86 @@ void halve(std::vector<Centre>& centres, std::uint32_t first, std::uint32_t coun
 
 // Unit normals are rounded to single precision, so their bounds are widened by this.
 constexpr float kNormalRounding = 1e-6F;
+constexpr NormalBounds kNoNormal = {{2.0F, 2.0F, 2.0F}, {-2.0F, -2.0F, -2.0F}};
+constexpr NormalBounds kAnyNormal = {{-2.0F, -2.0F, -2.0F}, {2.0F, 2.0F, 2.0F}};
 
-// Set the boxes' bounds from the present vertices. Corners that are not finite are ignored.
+NormalBounds around(const NormalBounds& a, const NormalBounds& b) {
+  NormalBounds both;
+  for (int i = 0; i < 3; ++i) {
+    both.least[i] = std::min(a.least[i], b.least[i]);
+    both.most[i] = std::max(a.most[i], b.most[i]);
+  }
+  return both;
+}
+
+// Bounds of a triangle's normal. A triangle without area has none, and that of one with a corner that is not finite is
+// not known.
+NormalBounds normal_of(const TriangleMesh& mesh, std::size_t triangle) {
+  const auto corner = [&](std::size_t k) {
+    return mesh.vertices.data() + 3 * static_cast<std::size_t>(mesh.faces[3 * triangle + k]);
+  };
+  double a[3], b[3], normal[3];
+  for (int i = 0; i < 3; ++i) a[i] = corner(1)[i] - corner(0)[i], b[i] = corner(2)[i] - corner(0)[i];
+  cross(a, b, normal);
+  const double size = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+  if (!std::isfinite(size)) return kAnyNormal;
+  NormalBounds bounds = kNoNormal;
+  for (int i = 0; size > 0.0 && i < 3; ++i) {
+    const auto unit = static_cast<float>(normal[i] / size);
+    bounds.least[i] = unit - kNormalRounding, bounds.most[i] = unit + kNormalRounding;
+  }
+  return bounds;
+}
+
+// List the triangles around each vertex.
+void list_rings(TriangleMesh& mesh) {
+  mesh.ring_starts.assign(mesh.vertices.size() / 3 + 1, 0);
+  for (const std::int32_t vertex : mesh.faces) ++mesh.ring_starts[static_cast<std::size_t>(vertex) + 1];
+  std::partial_sum(mesh.ring_starts.begin(), mesh.ring_starts.end(), mesh.ring_starts.begin());
+  mesh.rings.resize(mesh.faces.size());
+  std::vector<std::uint32_t> fill(mesh.ring_starts.begin(), mesh.ring_starts.end() - 1);
+  for (std::size_t corner = 0; corner < mesh.faces.size(); ++corner) {
+    mesh.rings[fill[static_cast<std::size_t>(mesh.faces[corner])]++] = static_cast<std::uint32_t>(corner / 3);
+  }
+  mesh.ring_normals.resize(mesh.vertices.size() / 3);
+}
+
+// Set all bounds from the present vertices. Corners that are not finite are ignored.
 void fit_boxes(TriangleMesh& mesh) {
+  std::fill(mesh.ring_normals.begin(), mesh.ring_normals.end(), kNoNormal);
+  for (std::size_t corner = 0; corner < mesh.faces.size(); corner += 3) {
+    const NormalBounds normal = normal_of(mesh, corner / 3);
+    for (std::size_t k = 0; k < 3; ++k) {
+      NormalBounds& ring = mesh.ring_normals[static_cast<std::size_t>(mesh.faces[corner + k])];
+      ring = around(ring, normal);
+    }
+  }
   for (std::size_t b = mesh.boxes.size(); b-- > 0;) {
     MeshBox& box = mesh.boxes[b];
     std::fill(box.low, box.low + 3, kInfinite);
     std::fill(box.high, box.high + 3, -kInfinite);
-    std::fill(box.least_normal, box.least_normal + 3, 2.0F);
-    std::fill(box.most_normal, box.most_normal + 3, -2.0F);
+    box.normals = box.ring_normals = kNoNormal;
     if (box.second != 0) {
       for (const MeshBox* half : {&mesh.boxes[b + 1], &mesh.boxes[box.second]}) {
         for (int i = 0; i < 3; ++i) {
           box.low[i] = std::min(box.low[i], half->low[i]);
           box.high[i] = std::max(box.high[i], half->high[i]);
-          box.least_normal[i] = std::min(box.least_normal[i], half->least_normal[i]);
-          box.most_normal[i] = std::max(box.most_normal[i], half->most_normal[i]);
         }
+        box.normals = around(box.normals, half->normals);
+        box.ring_normals = around(box.ring_normals, half->ring_normals);
       }
       continue;
     }
     for (std::size_t t = box.first; t < box.first + box.count; ++t) {
-      const double* corner[3];
+      box.normals = around(box.normals, normal_of(mesh, t));
       for (std::size_t k = 0; k < 3; ++k) {
-        corner[k] = mesh.vertices.data() + 3 * static_cast<std::size_t>(mesh.faces[3 * t + k]);
-        for (int i = 0; i < 3; ++i) {
-          if (corner[k][i] < box.low[i]) box.low[i] = corner[k][i];
-          if (corner[k][i] > box.high[i]) box.high[i] = corner[k][i];
+        const auto vertex = static_cast<std::size_t>(mesh.faces[3 * t + k]);
+        box.ring_normals = around(box.ring_normals, mesh.ring_normals[vertex]);
+        for (std::size_t i = 0; i < 3; ++i) {
+          const double at = mesh.vertices[3 * vertex + i];
+          if (at < box.low[i]) box.low[i] = at;
+          if (at > box.high[i]) box.high[i] = at;
         }
-      }
-      double a[3], b_side[3], normal[3];
-      for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b_side[i] = corner[2][i] - corner[0][i];
-      cross(a, b_side, normal);
-      const double size = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
-      if (!(size > 0.0) || !std::isfinite(size)) continue;
-      for (int i = 0; i < 3; ++i) {
-        const auto unit = static_cast<float>(normal[i] / size);
-        box.least_normal[i] = std::min(box.least_normal[i], unit - kNormalRounding);
-        box.most_normal[i] = std::max(box.most_normal[i], unit + kNormalRounding);
       }
     }
   }
@@ -186,32 +229,8 @@ void sort_vertices(TriangleMesh& mesh) {
   mesh.vertices = std::move(sorted);
 }
 
-}  // namespace
-
-std::vector<MeshEdge> mesh_edges(const std::vector<std::int32_t>& faces, std::size_t vertices) {
-  const auto each = [&faces](auto&& visit) {
-    for (std::size_t f = 0; f < faces.size(); f += 3) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::int32_t from = faces[f + k], to = faces[f + (k + 1) % 3];
-        visit(MeshEdge{std::min(from, to), std::max(from, to), static_cast<std::uint32_t>(f + k), from < to});
-      }
-    }
-  };
-  std::vector<std::uint32_t> starts(vertices + 1, 0);
-  each([&](const MeshEdge& edge) { ++starts[static_cast<std::size_t>(edge.low) + 1]; });
-  for (std::size_t v = 0; v < vertices; ++v) starts[v + 1] += starts[v];
-  std::vector<MeshEdge> edges(faces.size());
-  std::vector<std::uint32_t> fill(starts.begin(), starts.end() - 1);
-  each([&](const MeshEdge& edge) { edges[fill[static_cast<std::size_t>(edge.low)]++] = edge; });
-  for (std::size_t v = 0; v < vertices; ++v) {
-    std::sort(edges.begin() + starts[v], edges.begin() + starts[v + 1], [](const MeshEdge& a, const MeshEdge& b) {
-      return a.high != b.high ? a.high < b.high : a.start < b.start;
-    });
-  }
-  return edges;
-}
-
-TriangleMesh indexed_mesh(std::vector<double> vertices, std::vector<std::int32_t> faces, bool closed) {
+// The triangles in the order of the boxes, and the tree of boxes without bounds.
+TriangleMesh in_boxes(std::vector<double> vertices, const std::vector<std::int32_t>& faces, bool closed) {
   TriangleMesh mesh;
   mesh.vertices = std::move(vertices);
   mesh.closed = closed;
@@ -236,6 +255,49 @@ TriangleMesh indexed_mesh(std::vector<double> vertices, std::vector<std::int32_t
     const auto from = faces.begin() + 3 * static_cast<std::ptrdiff_t>(centres[t].triangle);
     std::copy(from, from + 3, mesh.faces.begin() + 3 * static_cast<std::ptrdiff_t>(t));
   }
+  return mesh;
+}
+
+}  // namespace
+
+double NormalBounds::least_along(const double* direction) const {
+  double sum = 0.0;
+  for (int i = 0; i < 3; ++i) sum += std::min(direction[i] * double{least[i]}, direction[i] * double{most[i]});
+  return sum;
+}
+
+double NormalBounds::most_along(const double* direction) const {
+  double sum = 0.0;
+  for (int i = 0; i < 3; ++i) sum += std::max(direction[i] * double{least[i]}, direction[i] * double{most[i]});
+  return sum;
+}
+
+std::vector<MeshEdge> mesh_edges(const std::vector<std::int32_t>& faces, std::size_t vertices) {
+  const auto each = [&faces](auto&& visit) {
+    for (std::size_t f = 0; f < faces.size(); f += 3) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::int32_t from = faces[f + k], to = faces[f + (k + 1) % 3];
+        visit(MeshEdge{std::min(from, to), std::max(from, to), static_cast<std::uint32_t>(f + k), from < to});
+      }
+    }
+  };
+  std::vector<std::uint32_t> starts(vertices + 1, 0);
+  each([&](const MeshEdge& edge) { ++starts[static_cast<std::size_t>(edge.low) + 1]; });
+  for (std::size_t v = 0; v < vertices; ++v) starts[v + 1] += starts[v];
+  std::vector<MeshEdge> edges(faces.size());
+  std::vector<std::uint32_t> fill(starts.begin(), starts.end() - 1);
+  each([&](const MeshEdge& edge) { edges[fill[static_cast<std::size_t>(edge.low)]++] = edge; });
+  for (std::size_t v = 0; v < vertices; ++v) {
+    std::sort(edges.begin() + starts[v], edges.begin() + starts[v + 1], [](const MeshEdge& a, const MeshEdge& b) {
+      return a.high != b.high ? a.high < b.high : a.start < b.start;
+    });
+  }
+  return edges;
+}
+
+TriangleMesh indexed_mesh(std::vector<double> vertices, const std::vector<std::int32_t>& faces, bool closed) {
+  TriangleMesh mesh = in_boxes(std::move(vertices), faces, closed);
+  list_rings(mesh);
   fit_boxes(mesh);
   return mesh;
 }
@@ -277,8 +339,10 @@ TriangleMesh make_mesh(const float* vertices, std::size_t count, const std::int3
   if (closed && volume(welded, kept) < 0.0) {
     for (std::size_t f = 0; f < kept.size(); f += 3) std::swap(kept[f + 1], kept[f + 2]);
   }
-  TriangleMesh mesh = indexed_mesh(std::move(welded), std::move(kept), closed);
+  TriangleMesh mesh = in_boxes(std::move(welded), kept, closed);
   sort_vertices(mesh);
+  list_rings(mesh);
+  fit_boxes(mesh);
   mesh.dropped = dropped;
   return mesh;
 }
@@ -313,7 +377,7 @@ TriangleMesh make_height_field(std::size_t rows, std::size_t columns, const doub
   flat.vertices = std::move(vertices);
   const std::vector<float> level(below, 0.0F);
   set_heights(flat, rows, columns, size, level.data());
-  TriangleMesh mesh = indexed_mesh(std::move(flat.vertices), std::move(faces), true);
+  TriangleMesh mesh = indexed_mesh(std::move(flat.vertices), faces, true);
   set_heights(mesh, rows, columns, size, data);
   return mesh;
 }

@@ -7,13 +7,23 @@
 
 namespace mjtactile {
 
+// Bounds of unit normals, slightly widened because of rounding. They are in the mesh's frame.
+struct NormalBounds {
+  float least[3], most[3];
+
+  // Bounds of a normal's component along a direction.
+  double least_along(const double* direction) const;
+  double most_along(const double* direction) const;
+};
+
 // A bounding box of some of a mesh's triangles, in the mesh's frame. A box may have two halves. The first half is the
 // next box of the list, and the second is at `second`.
 struct MeshBox {
-  double low[3], high[3];                  // bounds of the triangles' corners [m]
-  float least_normal[3], most_normal[3];   // bounds of the triangles' unit normals, slightly widened
-  std::uint32_t first, count;              // its triangles: `count` ones from number `first`
-  std::uint32_t second;                    // 0 if the box has no halves
+  double low[3], high[3];       // bounds of the triangles' corners [m]
+  NormalBounds normals;         // of its triangles
+  NormalBounds ring_normals;    // of all triangles of the mesh that share a corner with one of its triangles
+  std::uint32_t first, count;   // its triangles: `count` ones from number `first`
+  std::uint32_t second;         // 0 if the box has no halves
 };
 
 // A rigid triangle mesh in its own frame. It is immutable once made, and shared. Both sides of the triangles of an open
@@ -23,6 +33,9 @@ struct TriangleMesh {
   std::vector<std::int32_t> faces;   // (count, 3), counter-clockwise from outside, in the order of the boxes
   bool closed = false;
   std::vector<MeshBox> boxes;        // the first holds all triangles; an empty mesh has none
+  // The triangles around vertex v are rings[ring_starts[v]] to before rings[ring_starts[v + 1]].
+  std::vector<std::uint32_t> ring_starts, rings;
+  std::vector<NormalBounds> ring_normals;   // of the triangles around each vertex
   std::size_t dropped = 0;           // number of triangles left out because a corner is not finite or does not exist
 };
 
@@ -38,7 +51,7 @@ std::vector<MeshEdge> mesh_edges(const std::vector<std::int32_t>& faces, std::si
 
 // A mesh of vertices (count, 3) [m] and triangles (triangles, 3). They are taken as they are; only the order of the
 // triangles changes.
-TriangleMesh indexed_mesh(std::vector<double> vertices, std::vector<std::int32_t> faces, bool closed);
+TriangleMesh indexed_mesh(std::vector<double> vertices, const std::vector<std::int32_t>& faces, bool closed);
 
 // A mesh of vertices (count, 3) [m] and triangles (triangles, 3). Vertices that agree to 1e-8 m are welded. Triangles
 // that lose a corner by that are left out, as are those with a corner that is not finite or does not exist (see

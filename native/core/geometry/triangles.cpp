@@ -17,10 +17,10 @@ constexpr double kSeam = 1e-9;
 constexpr double kSteep = 1e-9;
 // Possible numbers of buckets along each side. Each bucket consists of a whole number of the finest ones.
 constexpr std::size_t kBuckets[] = {4, 6, 8, 12, 16, 24, 32, 48, 96};
-// Least number of buckets per triangle. More take longer to fill, and fewer have more triangles to test per point.
+// Least number of buckets per cluster. More take longer to fill, and fewer have more triangles to test per point.
 constexpr std::size_t kBucketsEach = 4;
-// A box that is entirely over the part is not searched further if it has at most this many triangles.
-constexpr std::uint32_t kFew = 32;
+// A mesh of more triangles than this has clusters of several triangles, about this many.
+constexpr std::size_t kClusters = 12288;
 // Buckets along each side of the grid that thins candidates for a first touch.
 constexpr std::size_t kCandidates = 16;
 // Heights of vertices that differ by less than this are equal, because rounding must not choose between them [m].
@@ -156,6 +156,7 @@ void TriangleShadow::cast(const TriangleMesh& mesh, const Pose& pose, const Rect
                           double reach, double level) {
   mesh_ = &mesh, pose_ = pose, part_ = part, floor_ = floor;
   cut_ = false;
+  clusters_.clear();
   triangles_.clear();
   spans_.clear();
   lowest_ = kInfinite;
@@ -194,12 +195,7 @@ bool TriangleShadow::is_beside(const MeshBox& box) const {
 // Whether a triangle of a box may face down.
 bool TriangleShadow::may_face_down(const MeshBox& box) const {
   if (!mesh_->closed) return true;
-  double most = 0.0;
-  for (int i = 0; i < 3; ++i) {
-    const double up = pose_.rotation[6 + i];
-    most -= up * static_cast<double>(up > 0.0 ? box.least_normal[i] : box.most_normal[i]);
-  }
-  return most >= 0.0;
+  return box.normals.least_along(pose_.rotation + 6) <= 0.0;
 }
 
 // Compute the coordinates of a triangle's corners along an axis of the pad [m]. Returns their bounds.
@@ -321,6 +317,8 @@ bool TriangleShadow::left_out_below(const InclinedPlane& plane) {
 
 void TriangleShadow::gather() {
   const auto& boxes = mesh_->boxes;
+  const std::size_t most = boxes.front().count / kClusters;
+  fine_ = most > 0;
   stack_.assign(1, 0);
   while (!stack_.empty()) {
     const std::uint32_t number = stack_.back();
@@ -334,29 +332,57 @@ void TriangleShadow::gather() {
       cut_ = true;
       continue;
     }
-    const bool inside = x.low >= part_.west && x.high <= part_.east && y.low >= part_.south && y.high <= part_.north;
-    if (box.second != 0 && !(inside && box.count <= kFew)) {
+    if (box.second != 0 && box.count > most) {
       stack_.push_back(box.second);
       stack_.push_back(number + 1);
       continue;
     }
-    for (std::uint32_t t = box.first; t < box.first + box.count; ++t) take(t);
+    const bool turns_up = may_be_lowest(box.ring_normals);
+    if (fine_) {
+      add_cluster({x, y, z}, box.first, box.count, turns_up);
+      continue;
+    }
+    for (std::uint32_t t = box.first; t < box.first + box.count; ++t) {
+      Span bounds[3];
+      if (place(t, bounds)) add_cluster(bounds, t, 1, turns_up);
+    }
   }
 }
 
-// Add a triangle if it faces down and may be over the part between the floor and the ceiling.
-void TriangleShadow::take(std::uint32_t triangle) {
+// Add a cluster. Its triangles are placed already if it has one.
+void TriangleShadow::add_cluster(const Span (&bounds)[3], std::uint32_t first, std::uint32_t count, bool turns_up) {
+  const auto& [x, y, z] = bounds;
+  const bool inside = x.low >= part_.west && x.high <= part_.east && y.low >= part_.south && y.high <= part_.north;
+  const auto number = static_cast<std::uint32_t>(clusters_.size());
+  cut_ |= z.high > ceiling_;
+  clusters_.push_back({x, y, z.low, first, count, fine_ ? kNotPlaced : number, number + 1, {}, {}, inside, turns_up});
+}
+
+// A cluster with its triangles placed.
+const TriangleShadow::Cluster& TriangleShadow::placed(std::uint32_t number) const {
+  Cluster& cluster = clusters_[number];
+  if (cluster.placed != kNotPlaced) return cluster;
+  cluster.placed = static_cast<std::uint32_t>(triangles_.size());
+  Span bounds[3];
+  for (std::uint32_t t = cluster.first; t < cluster.first + cluster.count; ++t) place(t, bounds);
+  cluster.end = static_cast<std::uint32_t>(triangles_.size());
+  return cluster;
+}
+
+// Place a triangle if it faces down and may be over the part between the floor and the ceiling.
+bool TriangleShadow::place(std::uint32_t triangle, Span (&bounds)[3]) const {
+  auto& [x, y, z] = bounds;
   double corner[3][3], normal[3];
-  const Span z = corner_span(triangle, 2, corner);
-  if (!(z.high >= floor_)) return;
-  const Span x = corner_span(triangle, 0, corner);
-  if (x.low > part_.east || x.high < part_.west) return;
-  const Span y = corner_span(triangle, 1, corner);
-  if (y.low > part_.north || y.high < part_.south) return;
-  if (!faces_down(corner, normal)) return;
+  z = corner_span(triangle, 2, corner);
+  if (!(z.high >= floor_)) return false;
+  x = corner_span(triangle, 0, corner);
+  if (x.low > part_.east || x.high < part_.west) return false;
+  y = corner_span(triangle, 1, corner);
+  if (y.low > part_.north || y.high < part_.south) return false;
+  if (!faces_down(corner, normal)) return false;
   if (z.low > ceiling_) {
     cut_ = true;
-    return;
+    return false;
   }
   double a[3], b[3];
   for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b[i] = corner[2][i] - corner[0][i];
@@ -370,19 +396,23 @@ void TriangleShadow::take(std::uint32_t triangle) {
   made.height = corner[0][2], made.second_rise = a[2], made.third_rise = b[2];
   made.number = triangle;
   spans_.push_back({x, y});
+  return true;
 }
 
-// Buckets cover only the part of the area under triangles, so that they are finer under a small body.
+// Buckets cover only the part of the area under clusters, so that they are finer under a small body.
 void TriangleShadow::place_buckets() {
   grid_ = kNoRectangle;
-  for (const auto& [x, y] : spans_) grid_ = around(grid_, {x.low, y.low, x.high, y.high});
+  for (const Cluster& cluster : clusters_) {
+    grid_ = around(grid_, {cluster.x.low, cluster.y.low, cluster.x.high, cluster.y.high});
+  }
   grid_ = common(grid_, part_);
   per_[0] = static_cast<double>(kFinest) / (grid_.east - grid_.west);
   per_[1] = static_cast<double>(kFinest) / (grid_.north - grid_.south);
-  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+  for (Cluster& cluster : clusters_) {
     for (std::size_t axis = 0; axis < 2; ++axis) {
-      triangles_[t].first[axis] = finest_bucket(spans_[t][axis].low, axis);
-      triangles_[t].last[axis] = finest_bucket(spans_[t][axis].high, axis);
+      const Span& span = axis == 0 ? cluster.x : cluster.y;
+      cluster.from[axis] = finest_bucket(span.low, axis);
+      cluster.to[axis] = finest_bucket(span.high, axis);
     }
   }
 }
@@ -394,11 +424,11 @@ std::uint8_t TriangleShadow::finest_bucket(double at, std::size_t axis) const {
                                                                         : kFinest - 1);
 }
 
-// List the triangles of each bucket that their bounds overlap.
+// List the clusters of each bucket that their bounds overlap.
 void TriangleShadow::fill_buckets() {
   side_ = kFinest;
   for (const std::size_t side : kBuckets) {
-    if (side * side >= kBucketsEach * triangles_.size()) {
+    if (side * side >= kBucketsEach * clusters_.size()) {
       side_ = side;
       break;
     }
@@ -406,35 +436,45 @@ void TriangleShadow::fill_buckets() {
   starts_.assign(side_ * side_ + 1, 0);
   const std::size_t finer = kFinest / side_;
   for (std::size_t finest = 0; finest < kFinest; ++finest) coarser_[finest] = static_cast<std::uint8_t>(finest / finer);
-  const auto over_each = [this](const Triangle& triangle, auto&& visit) {
-    const std::size_t west = coarser_[triangle.first[0]], east = coarser_[triangle.last[0]];
-    const std::size_t south = coarser_[triangle.first[1]], north = coarser_[triangle.last[1]];
+  const auto over_each = [this](const Cluster& cluster, auto&& visit) {
+    const std::size_t west = coarser_[cluster.from[0]], east = coarser_[cluster.to[0]];
+    const std::size_t south = coarser_[cluster.from[1]], north = coarser_[cluster.to[1]];
     for (std::size_t row = south; row <= north; ++row) {
       for (std::size_t column = west; column <= east; ++column) visit(row * side_ + column);
     }
   };
-  for (const Triangle& triangle : triangles_) over_each(triangle, [this](std::size_t at) { ++starts_[at + 1]; });
+  for (const Cluster& cluster : clusters_) over_each(cluster, [this](std::size_t at) { ++starts_[at + 1]; });
   for (std::size_t i = 0; i < side_ * side_; ++i) starts_[i + 1] += starts_[i];
   entries_.resize(starts_.back());
   fill_.assign(starts_.begin(), starts_.end() - 1);
-  for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    over_each(triangles_[t], [this, t](std::size_t at) { entries_[fill_[at]++] = static_cast<std::uint32_t>(t); });
+  for (std::size_t i = 0; i < clusters_.size(); ++i) {
+    over_each(clusters_[i], [this, i](std::size_t at) { entries_[fill_[at]++] = static_cast<std::uint32_t>(i); });
   }
 }
 
 double TriangleShadow::height(double x, double y, double floor) const {
   double lowest = kInfinite;
   if (!grid_.holds(x, y)) return lowest;
-  const std::size_t at = std::size_t{coarser_[finest_bucket(y, 1)]} * side_ + coarser_[finest_bucket(x, 0)];
-  const std::uint32_t* const end = entries_.data() + starts_[at + 1];
-  for (const std::uint32_t* entry = entries_.data() + starts_[at]; entry != end; ++entry) {
-    const Triangle& triangle = triangles_[*entry];
+  const auto test = [&](const Triangle& triangle) {
     const double second = triangle.second[0] * x + triangle.second[1] * y + triangle.second[2];
     const double third = triangle.third[0] * x + triangle.third[1] * y + triangle.third[2];
     const double here = triangle.height + second * triangle.second_rise + third * triangle.third_rise;
     // One branch instead of four, because the processor cannot predict them.
     const double inside = std::min(std::min(second, third), 1.0 - (second + third));
     if ((inside >= -kSeam) & (here >= floor) & (here < lowest)) lowest = here;
+  };
+  const std::size_t at = std::size_t{coarser_[finest_bucket(y, 1)]} * side_ + coarser_[finest_bucket(x, 0)];
+  const std::uint32_t* const end = entries_.data() + starts_[at + 1];
+  for (const std::uint32_t* entry = entries_.data() + starts_[at]; entry != end; ++entry) {
+    if (!fine_) {
+      test(triangles_[*entry]);
+      continue;
+    }
+    const Cluster& bounds = clusters_[*entry];
+    const bool beside = (x < bounds.x.low) | (x > bounds.x.high) | (y < bounds.y.low) | (y > bounds.y.high);
+    if (beside | (bounds.low >= lowest)) continue;
+    const Cluster& cluster = placed(*entry);
+    for (std::uint32_t t = cluster.placed; t < cluster.end; ++t) test(triangles_[t]);
   }
   return lowest;
 }
@@ -454,20 +494,20 @@ bool TriangleShadow::buckets_over(const Rectangle& box, BucketRange& range) cons
   return true;
 }
 
-// Visit every triangle of a range of buckets exactly once, in the first of its buckets.
+// Visit every cluster of a range of buckets exactly once, in the first of its buckets.
 template <typename Visit>
 void TriangleShadow::over(const BucketRange& range, Visit&& visit) const {
   if (range.count() == side_ * side_) {
-    for (std::uint32_t number = 0; number < triangles_.size(); ++number) visit(number);
+    for (std::uint32_t number = 0; number < clusters_.size(); ++number) visit(number);
     return;
   }
   for (std::size_t row = range.first[1]; row <= range.last[1]; ++row) {
     for (std::size_t column = range.first[0]; column <= range.last[0]; ++column) {
       const std::size_t bucket = row * side_ + column;
       for (std::uint32_t entry = starts_[bucket]; entry < starts_[bucket + 1]; ++entry) {
-        const Triangle& triangle = triangles_[entries_[entry]];
-        if (std::max<std::size_t>(coarser_[triangle.first[0]], range.first[0]) == column &&
-            std::max<std::size_t>(coarser_[triangle.first[1]], range.first[1]) == row) {
+        const Cluster& cluster = clusters_[entries_[entry]];
+        if (std::max<std::size_t>(coarser_[cluster.from[0]], range.first[0]) == column &&
+            std::max<std::size_t>(coarser_[cluster.from[1]], range.first[1]) == row) {
           visit(entries_[entry]);
         }
       }
@@ -504,34 +544,51 @@ void TriangleShadow::lower(const std::vector<Point>& points, double floor, doubl
   for (std::size_t i = 0; i < count; ++i) x[i] = points[i].x, y[i] = points[i].y;
   std::copy(heights, heights + count, lowest.begin());
   for (std::size_t i = count; i < room; ++i) x[i] = y[i] = 0.0, lowest[i] = -kInfinite;
+  const auto any = [&](const Span& along, const Span& across, std::size_t from[2], std::size_t end[2]) {
+    grid.find(along.low, along.high, across.low, across.high, from, end);
+    return from[0] < end[0] && from[1] < end[1];
+  };
   over(range, [&](std::uint32_t number) {
-    const Triangle& triangle = triangles_[number];
-    const double plane[9] = {triangle.second[0], triangle.second[1], triangle.second[2],
-                             triangle.third[0], triangle.third[1], triangle.third[2],
-                             triangle.height, triangle.second_rise, triangle.third_rise};
-    PointRows rows = {x.data(), y.data(), 1, count, count};
-    std::size_t at = 0;
-    if (!few) {
-      const auto& [along, across] = spans_[number];
-      std::size_t first[2], end[2];
-      grid.find(along.low, along.high, across.low, across.high, first, end);
-      if (!(first[0] < end[0] && first[1] < end[1])) return;
-      at = first[1] * grid.counts[0] + first[0];
-      rows = {x.data() + at, y.data() + at, end[1] - first[1], end[0] - first[0], grid.counts[0]};
+    std::size_t from[2], end[2];
+    if (!few && fine_ && !any(clusters_[number].x, clusters_[number].y, from, end)) return;
+    const Cluster& cluster = placed(number);
+    for (std::uint32_t t = cluster.placed; t < cluster.end; ++t) {
+      const Triangle& triangle = triangles_[t];
+      const double plane[9] = {triangle.second[0], triangle.second[1], triangle.second[2],
+                               triangle.third[0], triangle.third[1], triangle.third[2],
+                               triangle.height, triangle.second_rise, triangle.third_rise};
+      PointRows rows = {x.data(), y.data(), 1, count, count};
+      std::size_t at = 0;
+      if (!few) {
+        if (!any(spans_[t][0], spans_[t][1], from, end)) continue;
+        at = from[1] * grid.counts[0] + from[0];
+        rows = {x.data() + at, y.data() + at, end[1] - from[1], end[0] - from[0], grid.counts[0]};
+      }
+      kernels().lower_by_triangle(plane, -kSeam, floor, rows, lowest.data() + at);
     }
-    kernels().lower_by_triangle(plane, -kSeam, floor, rows, lowest.data() + at);
   });
   std::copy(lowest.begin(), lowest.end() - kEight, heights);
 }
 
 void TriangleShadow::bottoms(std::vector<std::array<double, 3>>& points) {
   points.clear();
-  if (triangles_.empty()) return;
-  pass_over_higher_vertices();
+  if (clusters_.empty()) return;
+  done_.resize(std::max(done_.size(), mesh_->vertices.size() / 3), 0);
+  if (++calls_ == 0) {
+    std::fill(done_.begin(), done_.end(), 0);
+    calls_ = 1;
+  }
   const Spot none = {0.0, 0.0, kInfinite};
   inner_.assign(kCandidates * kCandidates, none);
   rim_.assign(kCandidates * kCandidates, none);
-  for (const Triangle& triangle : triangles_) offer_lowest(triangle);
+  for (std::uint32_t number = 0; number < clusters_.size(); ++number) {
+    if (clusters_[number].inside && !clusters_[number].turns_up) continue;
+    const Cluster& cluster = placed(number);
+    for (std::uint32_t t = cluster.placed; t < cluster.end; ++t) {
+      if (cluster.turns_up) offer_vertices(triangles_[t]);
+      if (!cluster.inside) offer_cuts(triangles_[t]);
+    }
+  }
   const auto visible = [this](const Spot& spot) {
     return std::isfinite(spot[2]) && !(height(spot[0], spot[1], floor_) < spot[2] - kHidden);
   };
@@ -545,39 +602,54 @@ std::size_t TriangleShadow::vertex(const Triangle& triangle, std::size_t corner)
   return static_cast<std::size_t>(mesh_->faces[3 * std::size_t{triangle.number} + corner]);
 }
 
-// Mark vertices that have a lower neighbour, because they are no candidates.
-void TriangleShadow::pass_over_higher_vertices() {
-  done_.resize(std::max(done_.size(), mesh_->vertices.size() / 3), 0);
-  if (++calls_ == 0) {
-    std::fill(done_.begin(), done_.end(), 0);
-    calls_ = 1;
+// Whether a surface with normals within bounds may have a lowest point: along the pad its normals must not all lean to
+// the same side.
+bool TriangleShadow::may_be_lowest(const NormalBounds& ring) const {
+  if (!mesh_->closed) return true;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double* along = pose_.rotation + 3 * axis;
+    if (ring.least_along(along) > 0.0 || ring.most_along(along) < 0.0) return false;
   }
-  for (const Triangle& triangle : triangles_) {
-    const double heights[3] = {0.0, triangle.second_rise, triangle.third_rise};
-    const double least = std::min({heights[0], heights[1], heights[2]});
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (heights[k] > least + kLevel) done_[vertex(triangle, k)] = calls_;
+  return true;
+}
+
+// Whether no triangle around a vertex that faces down has a lower corner.
+bool TriangleShadow::is_lowest_of_ring(std::size_t vertex) const {
+  const double *up = pose_.rotation + 6, *here = mesh_->vertices.data() + 3 * vertex;
+  for (std::uint32_t k = mesh_->ring_starts[vertex]; k < mesh_->ring_starts[vertex + 1]; ++k) {
+    const std::uint32_t triangle = mesh_->rings[k];
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto other = static_cast<std::size_t>(mesh_->faces[3 * std::size_t{triangle} + i]);
+      const double* at = mesh_->vertices.data() + 3 * other;
+      const double rise = up[0] * (at[0] - here[0]) + up[1] * (at[1] - here[1]) + up[2] * (at[2] - here[2]);
+      if (rise >= -kLevel) continue;
+      double corner[3][3], normal[3];
+      corners_of(triangle, corner);
+      if (faces_down(corner, normal)) return false;
     }
+  }
+  return true;
+}
+
+// Offer the vertices of a triangle that have no lower neighbour as candidates.
+void TriangleShadow::offer_vertices(const Triangle& triangle) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t number = vertex(triangle, k);
+    if (done_[number] == calls_) continue;
+    done_[number] = calls_;
+    if (!may_be_lowest(mesh_->ring_normals[number]) || !is_lowest_of_ring(number)) continue;
+    double corner[3][3];
+    corners_of(triangle.number, corner);
+    if (part_.holds(corner[k][0], corner[k][1])) offer(inner_, {corner[k][0], corner[k][1], corner[k][2]});
   }
 }
 
-// Offer the unmarked vertices of a triangle as candidates. If the part's rim cuts it, offer the lowest points there.
-void TriangleShadow::offer_lowest(const Triangle& triangle) {
+// If the part's rim cuts a triangle, offer the lowest points there.
+void TriangleShadow::offer_cuts(const Triangle& triangle) {
   double corner[3][3];
-  const bool may_be_cut = triangle.first[0] == 0 || triangle.first[1] == 0 || triangle.last[0] == kFinest - 1 ||
-                          triangle.last[1] == kFinest - 1;
-  bool placed = may_be_cut;
-  if (placed) corners_of(triangle.number, corner);
-  for (std::size_t k = 0; k < 3; ++k) {
-    std::uint32_t& looked_at = done_[vertex(triangle, k)];
-    if (looked_at == calls_) continue;
-    looked_at = calls_;
-    if (!placed) corners_of(triangle.number, corner), placed = true;
-    if (part_.holds(corner[k][0], corner[k][1])) offer(inner_, {corner[k][0], corner[k][1], corner[k][2]});
-  }
-  if (!may_be_cut || within(corner, part_)) return;
+  corners_of(triangle.number, corner);
+  if (within(corner, part_)) return;
   const Polygon cut(corner, part_);
-  if (cut.count == 0) return;
   double lowest = kInfinite;
   for (std::size_t k = 0; k < cut.count; ++k) lowest = std::min(lowest, cut.corners[k][2]);
   const auto on_rim = [this](const Spot& at) {

@@ -14,8 +14,10 @@
 
 namespace mjtactile {
 
-// The triangles of a mesh that face a part of the pad, sorted into buckets over that part. cast() is called for every
-// pose; memory is kept. The mesh must live as long as the functions after cast() are used.
+// The triangles of a mesh that face a part of the pad, sorted into buckets over that part. Those of a fine mesh are
+// sorted in clusters of neighbours, and are placed when a height over their cluster is first asked for. cast() is
+// called for every pose; memory is kept. The mesh must live as long as the functions after cast() are used. A shadow
+// must not be used by two threads at once.
 class TriangleShadow {
  public:
   // Find the triangles of a mesh that face the rectangle `part`, from the height `floor` up to `reach` above the lowest
@@ -44,15 +46,24 @@ class TriangleShadow {
 
  private:
   static constexpr std::size_t kFinest = 96;  // finest buckets along each side
+  struct Span {
+    double low, high;
+  };
   struct Triangle {
     // Barycentric coordinates of the second and third corner at (x, y): rates along x and y [1/m], and value at 0.
     double second[3], third[3];
     double height, second_rise, third_rise;  // height of the first corner, and of the others above it [m]
-    std::uint32_t number;        // of the triangle in the mesh
-    std::uint8_t first[2], last[2];  // finest buckets that the triangle's bounds meet: column and row
+    std::uint32_t number;                    // of the triangle in the mesh
   };
-  struct Span {
-    double low, high;
+  static constexpr std::uint32_t kNotPlaced = std::numeric_limits<std::uint32_t>::max();
+  struct Cluster {                 // the triangles of a box of the mesh, or one of them
+    Span x, y;                     // bounds along x and y [m]
+    double low;                    // least height that it may have [m]
+    std::uint32_t first, count;    // in the mesh
+    std::uint32_t placed, end;     // its placed triangles; `placed` is kNotPlaced before they are
+    std::uint8_t from[2], to[2];   // finest buckets that its bounds meet: column and row
+    bool inside;                   // whether it is wholly over the part
+    bool turns_up;                 // whether it may have a vertex without a lower neighbour
   };
   struct BucketRange {               // columns and rows of buckets
     std::size_t first[2], last[2];
@@ -68,18 +79,22 @@ class TriangleShadow {
   void walk_down(const double& lowest, Reach&& reach, Visit&& visit);
   void find_lowest();
   void gather();
-  void take(std::uint32_t triangle);
+  void add_cluster(const Span (&bounds)[3], std::uint32_t first, std::uint32_t count, bool turns_up);
+  const Cluster& placed(std::uint32_t cluster) const;
+  bool place(std::uint32_t triangle, Span (&bounds)[3]) const;
   void place_buckets();
   void fill_buckets();
   std::size_t vertex(const Triangle& triangle, std::size_t corner) const;
-  void pass_over_higher_vertices();
-  void offer_lowest(const Triangle& triangle);
+  bool may_be_lowest(const NormalBounds& ring) const;
+  bool is_lowest_of_ring(std::size_t vertex) const;
+  void offer_vertices(const Triangle& triangle);
+  void offer_cuts(const Triangle& triangle);
   void offer(std::vector<std::array<double, 3>>& candidates, const std::array<double, 3>& spot);
   bool is_lowest_on_rim(std::size_t at) const;
   std::uint8_t finest_bucket(double at, std::size_t axis) const;
   // The buckets that hold all triangles over a rectangle. False if there are none.
   bool buckets_over(const Rectangle& box, BucketRange& range) const;
-  std::size_t entries_of(const BucketRange& range) const;   // triangles, in every bucket that they meet
+  std::size_t entries_of(const BucketRange& range) const;   // clusters, in every bucket that they meet
   template <typename Visit>
   void over(const BucketRange& range, Visit&& visit) const;
 
@@ -87,7 +102,8 @@ class TriangleShadow {
   Pose pose_ = {};
   Rectangle part_ = {};
   double floor_ = 0.0, ceiling_ = 0.0, lowest_ = 0.0;
-  bool cut_ = false;                  // whether triangles over the part were left out
+  bool fine_ = false;                 // whether clusters have several triangles; else each has one, of the same number
+  mutable bool cut_ = false;          // whether triangles over the part may be left out
   double slack_ = 0.0;                // rounding error of a box's position [m]
   Rectangle grid_ = {};               // area that the buckets cover
   double per_[2] = {};                // number of finest buckets per length along x and y [1/m]
@@ -95,9 +111,11 @@ class TriangleShadow {
   std::uint8_t coarser_[kFinest] = {};  // for each finest bucket: the bucket that holds it
   std::vector<std::pair<double, std::uint32_t>> queue_;  // boxes still to be searched, with their least possible height
   std::vector<std::uint32_t> stack_;
-  std::vector<Triangle> triangles_;
-  std::vector<std::array<Span, 2>> spans_;   // bounds of each triangle along x and y
-  std::vector<std::uint32_t> starts_, entries_, fill_;
+  // Mutable, because triangles are placed when they are first needed.
+  mutable std::vector<Cluster> clusters_;
+  mutable std::vector<Triangle> triangles_;
+  mutable std::vector<std::array<Span, 2>> spans_;   // bounds of each triangle along x and y
+  std::vector<std::uint32_t> starts_, entries_, fill_;   // clusters by bucket
   // For `bottoms`: for each vertex, the last call in which it was dealt with; and candidates by bucket.
   std::vector<std::uint32_t> done_;
   std::uint32_t calls_ = 0;
