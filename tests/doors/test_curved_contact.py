@@ -19,6 +19,7 @@ from pads_on_bodies import add_ball, hold_all_but_the_ball
 from shapely import Point
 
 import mjtactile
+from mjtactile._types import Array
 from mjtactile.fidelity import PRESETS
 from mjtactile.hands import attach_hand, hand
 from mjtactile.pad import Pad
@@ -223,8 +224,27 @@ def test_punches_with_holes_and_notches_press_and_are_read(name, shape, shift):
     )
     alone = mjtactile.contact_load(sensor.influence, face, wrench[:3], moment=wrench[3:])
     expected = sensor.influence.readings(alone)
-    # Cells under a mesh and under an outline are laid apart. On the tip: 5 % at 20 cells, 2 % at 60, .2 % here.
-    assert np.linalg.norm(readings - expected) < 0.01 * np.linalg.norm(expected)
+    # Cells under a mesh and under an outline are laid apart. Worst, for the star whose arms touch the tip one by one as
+    # it tilts: 1.7 % at 60 cells, 1.3 % here.
+    assert np.linalg.norm(readings - expected) < 0.015 * np.linalg.norm(expected)
+
+
+@pytest.mark.filterwarnings("ignore::mjtactile.ContactWarning")  # narrow rims strain the pad much
+@pytest.mark.parametrize("moment", [-3.03e-4, -3.3e-4])
+def test_a_star_that_tilts_onto_its_arms_reads_alike_however_many_cells_it_has(moment):
+    """Looks that miss an arm have more energy. Measured: 1.2 % at most; 3 and 4 % where such a look may win."""
+    influence = mjtactile.influence_matrices(CURVED["tip"], fidelity="fast")
+    outline = mjtactile.indenter_outline("star", scale=0.5, shift=(1.5e-3, 1e-3), rotate_deg=13.0)
+    face = mjtactile.Footprint.from_height(lambda x, _: np.zeros_like(x), influence.surface, outline=outline)
+
+    def read(cells: int) -> Array:
+        return influence.readings(
+            mjtactile.contact_load(influence, face, (0.0, 0.0, -0.3), moment=(moment, 0.0, 0.0), cells=cells)
+        )
+
+    found = [read(cells) for cells in (200, 250, 350, 400, 600, 800, 1200)]
+    middle = np.median(found, axis=0)
+    assert max(np.linalg.norm(one - middle) for one in found) < 0.018 * np.linalg.norm(middle)
 
 
 @pytest.mark.filterwarnings("ignore::mjtactile.ContactWarning")

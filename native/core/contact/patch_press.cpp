@@ -12,8 +12,10 @@ constexpr double kPi = 3.14159265358979323846;
 // Looks. A look finds the spots that may touch as one plane sees the body, lays cells on them and presses them.
 constexpr int kLooks = 6;                // largest number of looks at one contact
 constexpr int kStepsBack = 2;            // largest number of steps back from a tilt that was too large
-constexpr double kEnergyMargin = 0.04;   // a contact is worse if its energy is higher by this share of its own elastic
-                                         // energy
+// A contact is worse if its energy is higher by this share of its own elastic energy. Energies of many cells are more
+// exact, and tell which contact misses a part of the body.
+constexpr double kEnergyMargin = 0.04, kFineEnergyMargin = 0.005;
+constexpr std::size_t kManyCells = 100;
 constexpr double kMissed = 0.01;         // a contact misses the load if its centre of pressure is farther from it than
                                          // this, over the contact's size
 constexpr double kInside = 1e-12;        // least distance from the hull's rim at which a point lies inside [m]
@@ -279,7 +281,8 @@ bool PatchPress::press(const Problem& problem, const Viewpoint& view) {
 void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& looks) const {
   const bool solved = pressed && laid_.contact.exact();
   const Merit found = solved ? merit(problem.load, problem.options) : Merit{};
-  looks.last_is_best = solved && !is_worse(found, looks.best_merit);
+  const double margin = problem.options.cells < kManyCells ? kEnergyMargin : kFineEnergyMargin;
+  looks.last_is_best = solved && !is_worse(found, looks.best_merit, margin);
   looks.ended = solved && more && ends_early();
   if (!looks.last_is_best) return;
   looks.best = looks.onward = looks.view;
@@ -403,9 +406,9 @@ PatchPress::Merit PatchPress::merit(const SearchLoad& load, const LawOptions& op
   return {missed(load, options.narrowest), energy(load), laid_.contact.energy()};
 }
 
-bool PatchPress::is_worse(const Merit& one, const Merit& other) {
+bool PatchPress::is_worse(const Merit& one, const Merit& other, double margin) {
   if (one.missed > 0.0 || other.missed > 0.0) return one.missed > (1.0 + kMissed) * other.missed;
-  return one.energy > other.energy + kEnergyMargin * one.elastic;
+  return one.energy > other.energy + margin * one.elastic;
 }
 
 double PatchPress::tilt() const {

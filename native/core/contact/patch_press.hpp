@@ -145,7 +145,7 @@ class PatchPress {
   Merit merit(const SearchLoad& load, const LawOptions& options) const;
   // A contact that carries the load is better than one that misses it. Of two that carry it, the one of less energy is
   // better.
-  static bool is_worse(const Merit& one, const Merit& other);
+  static bool is_worse(const Merit& one, const Merit& other, double margin);
 
   // The cells of one look, and the contact on them.
   struct Laid {

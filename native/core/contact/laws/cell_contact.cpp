@@ -122,6 +122,11 @@ bool CellContact::solve(const ContactLaw& law, const LawProblem& problem, Worksp
     if (bound_pressure(law, problem, workspace) && found_.contact.definite()) return true;
     found_.contact.forget();
   }
+  // Cells that carry all that they can need no solution, and rounding must not decide whether one is found.
+  if (strength_ > 0.0 && law.couples() && fills_all(problem)) {
+    exact_ = true;
+    return bound_pressure(law, problem, workspace);
+  }
   exact_ = law.solve(problem, found_);
   linear_ = exact_ && law.shapes();
   if (!exact_) {
