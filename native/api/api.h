@@ -106,8 +106,6 @@ struct mjt_mesh;
 MJT_API mjt_mesh* mjt_mesh_new(size_t count, const float* vertices, size_t triangles, const int32_t* faces);
 /* From a height field (rows, columns); size (4), see make_height_field. */
 MJT_API mjt_mesh* mjt_mesh_new_field(size_t rows, size_t columns, const double* size, const float* data);
-/* Change the heights or the size of a height field with the same rows and columns. */
-MJT_API void mjt_mesh_set_heights(mjt_mesh* mesh, size_t rows, size_t columns, const double* size, const float* data);
 MJT_API void mjt_mesh_free(mjt_mesh* mesh);
 /* The data of a mesh: counts = (vertices, triangles, closed, triangles left out because a corner is not finite or does
    not exist); vertices (count, 3) and triangles (triangles, 3), if these are not null. */

@@ -31,10 +31,6 @@ mjt_mesh* mjt_mesh_new_field(size_t rows, size_t columns, const double* size, co
   return new mjt_mesh{make_height_field(rows, columns, size, data)};
 }
 
-void mjt_mesh_set_heights(mjt_mesh* mesh, size_t rows, size_t columns, const double* size, const float* data) {
-  set_heights(mesh->mesh, rows, columns, size, data);
-}
-
 void mjt_mesh_free(mjt_mesh* mesh) { delete mesh; }
 
 void mjt_mesh_data(const mjt_mesh* mesh, size_t* counts, double* vertices, int32_t* faces) {

@@ -64,9 +64,6 @@ class NativeMesh:
         make.restype = ctypes.c_void_p
         return cls(make(*field_arguments(size, data)))
 
-    def set_heights(self, size: npt.ArrayLike, data: Array) -> None:
-        library().mjt_mesh_set_heights(self.handle, *field_arguments(size, data))
-
     def heights(
         self, pose: Pose, points: Array, *, part: Rectangle = PART, floor: float = -np.inf, reach: float = np.inf
     ) -> tuple[Array, float, Array]:
@@ -376,18 +373,6 @@ def test_a_height_field_is_the_reference_s_solid(rows, columns):
         pose = random_pose(seed)
         expected = reference.heights(pose, points[:, 0], points[:, 1], -1e-3)
         assert mesh.heights(pose, points, floor=-1e-3)[0] == pytest.approx(expected, abs=1e-12)
-
-
-def test_a_height_field_follows_its_data():
-    size, data = field(30, 20, 1)
-    mesh, points = NativeMesh.of_field(size, data), points_over(PART)
-    size, data = [7e-3, 4e-3, 2e-3, 3e-3], np.random.default_rng(8).random((30, 20))
-    mesh.set_heights(size, data)
-    for seed in range(10):
-        pose = random_pose(seed)
-        expected = NativeMesh.of_field(size, data).heights(pose, points)
-        for one, other in zip(mesh.heights(pose, points), expected, strict=True):
-            assert np.array_equal(one, other)
 
 
 def test_a_height_field_is_not_met_where_it_has_no_height():

@@ -258,6 +258,27 @@ TriangleMesh in_boxes(std::vector<double> vertices, const std::vector<std::int32
   return mesh;
 }
 
+// Set the heights of a height field's vertices, and all bounds.
+void set_heights(TriangleMesh& field, std::size_t rows, std::size_t columns, const double size[4], const float* data) {
+  const std::size_t below = rows * columns;
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t column = 0; column < columns; ++column) {
+      const std::size_t at = row * columns + column;
+      double* top = field.vertices.data() + 3 * at;
+      double* base = field.vertices.data() + 3 * (at + below);
+      const auto along = [](double half, std::size_t place, std::size_t count) {
+        if (place + 1 == count) return half;
+        return -half + 2.0 * half * (static_cast<double>(place) / static_cast<double>(count - 1));
+      };
+      top[0] = base[0] = along(size[0], column, columns);
+      top[1] = base[1] = along(size[1], row, rows);
+      top[2] = size[2] * static_cast<double>(data[at]);
+      base[2] = -size[3];
+    }
+  }
+  fit_boxes(field);
+}
+
 }  // namespace
 
 double NormalBounds::least_along(const double* direction) const {
@@ -371,7 +392,7 @@ TriangleMesh make_height_field(std::size_t rows, std::size_t columns, const doub
     const std::size_t here = rim[i], after = rim[(i + 1) % rim.size()];
     add(here, here + below, after + below), add(here, after + below, after);
   }
-  // The tree is made for a flat field, so that it suits any heights that are set later.
+  // The tree is made for a flat field, because heights need not be finite.
   std::vector<double> vertices(6 * below, 0.0);
   TriangleMesh flat;
   flat.vertices = std::move(vertices);
@@ -380,26 +401,6 @@ TriangleMesh make_height_field(std::size_t rows, std::size_t columns, const doub
   TriangleMesh mesh = indexed_mesh(std::move(flat.vertices), faces, true);
   set_heights(mesh, rows, columns, size, data);
   return mesh;
-}
-
-void set_heights(TriangleMesh& field, std::size_t rows, std::size_t columns, const double size[4], const float* data) {
-  const std::size_t below = rows * columns;
-  for (std::size_t row = 0; row < rows; ++row) {
-    for (std::size_t column = 0; column < columns; ++column) {
-      const std::size_t at = row * columns + column;
-      double* top = field.vertices.data() + 3 * at;
-      double* base = field.vertices.data() + 3 * (at + below);
-      const auto along = [](double half, std::size_t place, std::size_t count) {
-        if (place + 1 == count) return half;
-        return -half + 2.0 * half * (static_cast<double>(place) / static_cast<double>(count - 1));
-      };
-      top[0] = base[0] = along(size[0], column, columns);
-      top[1] = base[1] = along(size[1], row, rows);
-      top[2] = size[2] * static_cast<double>(data[at]);
-      base[2] = -size[3];
-    }
-  }
-  fit_boxes(field);
 }
 
 }  // namespace mjtactile

@@ -63,7 +63,5 @@ TriangleMesh make_mesh(const float* vertices, std::size_t count, const std::int3
 // depth of the base below height 0 [m]. `data`: (rows, columns), along y and x [-]. The mesh is empty with fewer than
 // two rows or columns. Where data is not finite, the solid has no surface.
 TriangleMesh make_height_field(std::size_t rows, std::size_t columns, const double size[4], const float* data);
-// Set other heights or another size of a height field with the same rows and columns, without allocation.
-void set_heights(TriangleMesh& field, std::size_t rows, std::size_t columns, const double size[4], const float* data);
 
 }  // namespace mjtactile
