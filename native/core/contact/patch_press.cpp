@@ -193,7 +193,7 @@ SearchLoad PatchPress::load_of(const double* wrench, const ContactSurface& surfa
 
 PatchPress::Viewpoint PatchPress::first_view(const Problem& problem) const {
   Viewpoint view = {{{0.0, 0.0}, problem.load.through}, kHeightFactor, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0}};
-  if (problem.options.tilting) view.plane = first_plane(problem.load, problem.hull);
+  if (problem.options.tilting) view.plane = first_plane(problem);
   return view;
 }
 
@@ -347,8 +347,11 @@ double PatchPress::likely_height() const {
 
 // A load close to the rim of the hull tilts the body onto a strip along the rim. A load close to two sides that meet
 // tilts it onto their corner. Each side's weight grows with its length beside the load and with its closeness. So the
-// plane is a continuous function of the load, also if a side consists of several pieces.
-Plane PatchPress::first_plane(const SearchLoad& load, const std::vector<Point>& hull) const {
+// plane is a continuous function of the load, also if a side consists of several pieces. A hull that is narrower than
+// the narrowest cells does not tilt across, because rounding alone may tell its sides.
+Plane PatchPress::first_plane(const Problem& problem) const {
+  const SearchLoad& load = problem.load;
+  const std::vector<Point>& hull = problem.hull;
   Plane plane = {{0.0, 0.0}, load.through};
   double all = 0.0, distance = 0.0, inward[2] = {0.0, 0.0};
   for (std::size_t i = 0; hull.size() > 2 && i < hull.size(); ++i) {
@@ -359,6 +362,7 @@ Plane PatchPress::first_plane(const SearchLoad& load, const std::vector<Point>& 
     for (const Point& corner : hull) {
       depth = std::max(depth, normal[0] * (corner.x - a.x) + normal[1] * (corner.y - a.y));
     }
+    if (!(depth > problem.options.narrowest)) continue;
     const double near = kNearRim * depth;
     const double away = std::max(normal[0] * (load.through.x - a.x) + normal[1] * (load.through.y - a.y), 1e-3 * depth);
     const double from = along[0] * (a.x - load.through.x) + along[1] * (a.y - load.through.y);

@@ -122,7 +122,7 @@ class PatchPress {
   // Whether the contact is a single spot that fills its rectangle, is about as long as wide, and is larger than a cell.
   bool compact(const LawOptions& options) const;
   double likely_height() const;
-  Plane first_plane(const SearchLoad& load, const std::vector<Point>& hull) const;
+  Plane first_plane(const Problem& problem) const;
   void set_heights();
   bool add_cells(const HeightMap& map, const ContactSurface& surface, const Viewpoint& view);
   void set_regions();
