@@ -41,6 +41,8 @@ SHAPES = {
     "triangle": mjtactile.indenter_outline("triangle", scale=0.8),
     "doughnut": regular(64, 4e-3).difference(regular(48, 2e-3)),
     "octagon": regular(8, 3.5e-3),
+    "level octagon": regular(8, 3.5e-3, math.pi / 8),
+    "four arms": Polygon(regular(8, 1.0).exterior.coords[:-1] * np.tile([[3.0846e-3], [2.3518e-3]], (4, 1))),
     "slot": shapely.box(-0.5e-3, -5e-3, 0.5e-3, 5e-3),
     "angle": millimetres((0, 0), (5, 0), (5, 0.6), (0.6, 0.6), (0.6, 6), (0, 6)),
     "rounded": shapely.box(-3e-3, -3e-3, 3e-3, 3e-3).buffer(0.7e-3, quad_segs=8),

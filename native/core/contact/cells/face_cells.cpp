@@ -45,9 +45,11 @@ constexpr int kMends = 8;   // rounds of repairs to the inner side
 constexpr double kLeastShare = 1.0 / 16;
 // Lengths and distances that differ by less than this fraction count as equal.
 constexpr double kTie = 1e-6;
-// Pieces of a ring below this fraction of a whole piece are joined to a neighbour. So are parts of squares below this
-// fraction of a square, even if two neighbours share equally long edges with them.
+// Pieces of a ring below this fraction of a whole piece are joined to a neighbour.
 constexpr double kNoPiece = 1e-2;
+// So are parts of squares below this fraction of a square, even if two neighbours share equally long edges with them.
+// Larger ones would make symmetric outlines' cells one-sided.
+constexpr double kNoSquare = 1e-6;
 constexpr int kJoins = 4;   // rounds of joining
 // An outline counts as convex if its hull's area is at most this times its own.
 constexpr double kConvex = 1.0 + 1e-6;
@@ -943,7 +945,7 @@ void FaceCells::join_slivers() {
       const int kind = best[0] > 0.0 ? 0 : 1;
       if (found[kind] == cell) continue;
       // If two neighbours share equally long edges, the cell stays, so that symmetric outlines have symmetric cells.
-      if (second[kind] > (1.0 - kTie) * best[kind] && areas_[cell] > kNoPiece * square) continue;
+      if (second[kind] > (1.0 - kTie) * best[kind] && areas_[cell] > kNoSquare * square) continue;
       sets_.join(kinds_[cell].item, kinds_[found[kind]].item);
       joined = true;
     }
