@@ -22,6 +22,8 @@ constexpr int kBisections = 40;
 // A tilt is set to zero if it moves the rim of the cells by more than this many indentations. Pressed cells in one row
 // do not determine it.
 constexpr double kOpenTilt = 1e3;
+// Cells whose middles lie along a line up to this fraction of their extent are in a row.
+constexpr double kInRow = 1e-3;
 // Distances that differ by less than this fraction of the face's length count as equal.
 constexpr double kTie = 1e-9;
 // If the load is at least this fraction of what all cells together can bear, all of them are pressed in proportion.
@@ -35,6 +37,22 @@ void shear_modes(const Point& at, double modes[2][3]) {
 }
 
 }  // namespace
+
+CellContact::Row::Row(const std::vector<Point>& points) {
+  double xx = 0.0, xy = 0.0, yy = 0.0;
+  for (const Point& point : points) xx += point.x * point.x, xy += point.x * point.y, yy += point.y * point.y;
+  const double mean = (xx + yy) / 2, apart = std::hypot((xx - yy) / 2, xy);
+  if (mean - apart > kInRow * kInRow * (mean + apart)) return;
+  const double angle = 0.5 * std::atan2(2.0 * xy, xx - yy);
+  along_ = {std::cos(angle), std::sin(angle)};
+  is_row_ = true;
+}
+
+Point CellContact::Row::operator()(const Point& at) const {
+  if (!is_row_) return at;
+  const double along = along_.x * at.x + along_.y * at.y;
+  return {along * along_.x, along * along_.y};
+}
 
 void CellContact::place(const Face& face, const Placement& placement, const ContactSurface& surface,
                         Workspace& workspace, const BentCells* bent) {
@@ -53,10 +71,14 @@ void CellContact::place(const Face& face, const Placement& placement, const Cont
     centre_.y += at.y / static_cast<double>(cells);
   }
   points_.resize(cells);
-  workspace.modes.resize(cells * motions());
   for (std::size_t i = 0; i < cells; ++i) {
     points_[i] = {(workspace.placed[2 * i] - centre_.x) / face.length,
                   (workspace.placed[2 * i + 1] - centre_.y) / face.length};
+  }
+  on_row_ = Row(points_);
+  workspace.modes.resize(cells * motions());
+  for (std::size_t i = 0; i < cells; ++i) {
+    points_[i] = on_row_(points_[i]);
     double* modes = workspace.modes.data() + i * motions();
     modes[0] = 1.0;
     if (tilting_) modes[1] = points_[i].x, modes[2] = points_[i].y;
@@ -268,8 +290,9 @@ void CellContact::resultants(const Face& face, const double* wrench, double* res
     return;
   }
   inside = placement_(inside);
-  resultants[1] = normal * (inside.x - centre_.x) / face.length;
-  resultants[2] = normal * (inside.y - centre_.y) / face.length;
+  const Point borne = on_row_({(inside.x - centre_.x) / face.length, (inside.y - centre_.y) / face.length});
+  resultants[1] = normal * borne.x;
+  resultants[2] = normal * borne.y;
 }
 
 // Point at which the force's line of action passes through the surface, in the face's frame.

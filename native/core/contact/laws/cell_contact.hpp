@@ -113,6 +113,21 @@ class CellContact {
   const std::vector<double>& normal() const { return found_.normal; }
 
  private:
+  // The line on which cells in a row lie. Forces at their middles have no moment about it, so no tilt about it is
+  // determined. Rounding of their places must not seem to determine one.
+  class Row {
+   public:
+    Row() = default;
+    // The row of points about their mean; none if they are not in a row.
+    explicit Row(const std::vector<Point>& points);
+    // The nearest point on the row; the point itself if there is none.
+    Point operator()(const Point& at) const;
+
+   private:
+    Point along_ = {0.0, 0.0};
+    bool is_row_ = false;
+  };
+
   void resultants(const Face& face, const double* wrench, double* resultants) const;
   Point through(const double* wrench) const;
   bool solve(const ContactLaw& law, const LawProblem& problem, Workspace& workspace);
@@ -127,6 +142,7 @@ class CellContact {
   Placement placement_;
   std::vector<Point> points_;     // of the cells, from their middle, over the face's length; pad axes
   Point centre_ = {0.0, 0.0};     // middle of the cells in the pad frame [m]
+  Row on_row_;
   bool tilting_ = true, curved_ = false, linear_ = false, exact_ = false;
   double pressed_area_ = 0.0, force_ = 0.0, length_ = 1.0, strength_ = 0.0;
   double indentation_ = 0.0, lowered_ = 0.0, energy_ = 0.0, wanted_[kMostMotions] = {};
