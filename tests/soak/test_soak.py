@@ -87,9 +87,9 @@ def test_invariants_hold_on_random_scenes(name, exact_pads):
 # 61: the search at the bound on pressure ended at its bound of rounds in one of the ways, 5 % from the other. 430031:
 # cells were as long as wide in one of the ways, and twice as long in the other, 1.4 % from each other. 431801: rounding
 # chose the bound at which a bisection of the level ended, 1.1e-6. 9300042: all cells bore what they can, and rounding
-# decided whether a contact without bounds was found, 3 %. 9500092: samples of a plate's edge lay on a line, and rounding
-# told the sides of their hull, 7e-5. 9900448: cells in a row seemed to carry a moment about it, 31 %. The rest stand on
-# their very corner: springs left their tilt open, and rounding chose one, to 6e-4 of the readings.
+# decided whether a contact without bounds was found, 3 %. 9500092: samples of a plate's edge lay on a line, and
+# rounding told the sides of their hull, 7e-5. 9900448: cells in a row seemed to carry a moment about it, 31 %. The rest
+# stand on their very corner: springs left their tilt open, and rounding chose one, to 6e-4 of the readings.
 @pytest.mark.parametrize("seed", [61, 430031, 431801, 440016, 460344, 9300042, 9500092, 9900448])
 @pytest.mark.parametrize("name", ["turned bodies turn readings", "mirrored bodies mirror readings"])
 def test_a_bounded_contact_ends_whichever_way_the_scene_is_turned(name, seed, exact_pads):
