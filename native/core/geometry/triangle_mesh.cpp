@@ -316,13 +316,6 @@ std::vector<MeshEdge> mesh_edges(const std::vector<std::int32_t>& faces, std::si
   return edges;
 }
 
-TriangleMesh indexed_mesh(std::vector<double> vertices, const std::vector<std::int32_t>& faces, bool closed) {
-  TriangleMesh mesh = in_boxes(std::move(vertices), faces, closed);
-  list_rings(mesh);
-  fit_boxes(mesh);
-  return mesh;
-}
-
 TriangleMesh make_mesh(const float* vertices, std::size_t count, const std::int32_t* faces, std::size_t triangles) {
   std::vector<double> welded;
   std::vector<std::int32_t> number(count, -1), kept;
@@ -398,7 +391,8 @@ TriangleMesh make_height_field(std::size_t rows, std::size_t columns, const doub
   flat.vertices = std::move(vertices);
   const std::vector<float> level(below, 0.0F);
   set_heights(flat, rows, columns, size, level.data());
-  TriangleMesh mesh = indexed_mesh(std::move(flat.vertices), faces, true);
+  TriangleMesh mesh = in_boxes(std::move(flat.vertices), faces, true);
+  list_rings(mesh);
   set_heights(mesh, rows, columns, size, data);
   return mesh;
 }

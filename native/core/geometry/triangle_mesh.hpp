@@ -49,10 +49,6 @@ struct MeshEdge {
 // The edges of all triangles. Edges between the same two vertices follow each other.
 std::vector<MeshEdge> mesh_edges(const std::vector<std::int32_t>& faces, std::size_t vertices);
 
-// A mesh of vertices (count, 3) [m] and triangles (triangles, 3). They are taken as they are; only the order of the
-// triangles changes.
-TriangleMesh indexed_mesh(std::vector<double> vertices, const std::vector<std::int32_t>& faces, bool closed);
-
 // A mesh of vertices (count, 3) [m] and triangles (triangles, 3). Vertices that agree to 1e-8 m are welded. Triangles
 // that lose a corner by that are left out, as are those with a corner that is not finite or does not exist (see
 // `dropped`). The mesh is closed if every edge belongs to two triangles that pass it in opposite directions. If the

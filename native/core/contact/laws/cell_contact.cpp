@@ -139,20 +139,21 @@ void CellContact::press(const Face& face, const ContactSurface& surface, const P
 bool CellContact::solve(const ContactLaw& law, const LawProblem& problem, Workspace& workspace) {
   const std::vector<double>& areas = problem.face.areas;
   linear_ = false;
-  if (lies_beyond_bearing(law, problem, workspace)) {
+  const bool bounded = strength_ > 0.0 && law.couples();
+  // Cells that carry all that they can need no solution, and rounding must not decide whether one is found.
+  if (bounded && fills_all(problem)) {
+    exact_ = true;
+    return bound_pressure(law, problem, workspace);
+  }
+  if (bounded && lies_beyond_bearing(problem, workspace)) {
     found_.pressed.assign(areas.size(), 1);
     if (bound_pressure(law, problem, workspace) && found_.contact.definite()) return true;
     found_.contact.forget();
   }
-  // Cells that carry all that they can need no solution, and rounding must not decide whether one is found.
-  if (strength_ > 0.0 && law.couples() && fills_all(problem)) {
-    exact_ = true;
-    return bound_pressure(law, problem, workspace);
-  }
   exact_ = law.solve(problem, found_);
   linear_ = exact_ && law.shapes();
   if (!exact_) {
-    if (!(strength_ > 0.0) || !law.couples()) return false;
+    if (!bounded) return false;
     found_.pressed.assign(areas.size(), 1);
     return bound_pressure(law, problem, workspace);
   }
@@ -176,8 +177,7 @@ void CellContact::set_most(const std::vector<double>& areas, Workspace& workspac
 
 // Whether forces within the strength certainly cannot carry the load because of its moments. The contact without bounds
 // is then not solved.
-bool CellContact::lies_beyond_bearing(const ContactLaw& law, const LawProblem& problem, Workspace& workspace) const {
-  if (!(strength_ > 0.0) || !law.couples() || fills_all(problem)) return false;
+bool CellContact::lies_beyond_bearing(const LawProblem& problem, Workspace& workspace) const {
   set_most(problem.face.areas, workspace);
   return mjtactile::lies_beyond_bearing(problem.body, workspace.most.data());
 }
