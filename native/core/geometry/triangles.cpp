@@ -19,7 +19,7 @@ constexpr double kSteep = 1e-9;
 constexpr std::size_t kBuckets[] = {4, 6, 8, 12, 16, 24, 32, 48, 96};
 // Least number of buckets per cluster. More take longer to fill, and fewer have more triangles to test per point.
 constexpr std::size_t kBucketsEach = 4;
-// A mesh of more triangles than this has clusters of several triangles, about this many.
+// A mesh of more triangles than this has clusters of kTriangles triangles, or of more, so that there are about this many.
 constexpr std::size_t kClusters = 12288;
 // Buckets along each side of the grid that thins candidates for a first touch.
 constexpr std::size_t kCandidates = 16;
@@ -157,8 +157,8 @@ void TriangleShadow::cast(const TriangleMesh& mesh, const Pose& pose, const Rect
   mesh_ = &mesh, pose_ = pose, part_ = part, floor_ = floor;
   cut_ = false;
   clusters_.clear();
-  triangles_.clear();
-  spans_.clear();
+  blocks_.clear();
+  bounds_.clear();
   lowest_ = kInfinite;
   if (!mesh.boxes.empty()) {
     slack_ = 0.0;
@@ -317,8 +317,8 @@ bool TriangleShadow::left_out_below(const InclinedPlane& plane) {
 
 void TriangleShadow::gather() {
   const auto& boxes = mesh_->boxes;
-  const std::size_t most = boxes.front().count / kClusters;
-  fine_ = most > 0;
+  const std::size_t most = std::max<std::size_t>(kTriangles, boxes.front().count / kClusters);
+  fine_ = boxes.front().count > kClusters;
   stack_.assign(1, 0);
   while (!stack_.empty()) {
     const std::uint32_t number = stack_.back();
@@ -337,66 +337,85 @@ void TriangleShadow::gather() {
       stack_.push_back(number + 1);
       continue;
     }
-    const bool turns_up = may_be_lowest(box.ring_normals);
+    cut_ |= z.high > ceiling_;
     if (fine_) {
-      add_cluster({x, y, z}, box.first, box.count, turns_up);
-      continue;
-    }
-    for (std::uint32_t t = box.first; t < box.first + box.count; ++t) {
-      Span bounds[3];
-      if (place(t, bounds)) add_cluster(bounds, t, 1, turns_up);
+      add_cluster(box, x, y, z.low);
+    } else {
+      add_triangles(box);
     }
   }
 }
 
-// Add a cluster. Its triangles are placed already if it has one.
-void TriangleShadow::add_cluster(const Span (&bounds)[3], std::uint32_t first, std::uint32_t count, bool turns_up) {
-  const auto& [x, y, z] = bounds;
-  const bool inside = x.low >= part_.west && x.high <= part_.east && y.low >= part_.south && y.high <= part_.north;
-  const auto number = static_cast<std::uint32_t>(clusters_.size());
-  cut_ |= z.high > ceiling_;
-  clusters_.push_back({x, y, z.low, first, count, fine_ ? kNotPlaced : number, number + 1, {}, {}, inside, turns_up});
+// Add the triangles of a box as one cluster.
+void TriangleShadow::add_cluster(const MeshBox& box, const Span& x, const Span& y, double low) {
+  clusters_.push_back({x, y, low, box.first, box.count, kNotPlaced, 0, {}, {}, is_inside(x, y),
+                       may_be_lowest(box.ring_normals)});
 }
 
-// A cluster with its triangles placed.
+// Place up to kTriangles triangles of a box, and add those that count as clusters of one.
+void TriangleShadow::add_triangles(const MeshBox& box) {
+  const auto block = static_cast<std::uint32_t>(blocks_.size());
+  place(box.first, box.count);
+  const TriangleBounds& bounds = bounds_.back();
+  const bool turns_up = may_be_lowest(box.ring_normals);
+  for (std::uint8_t k = 0; k < box.count; ++k) {
+    if (std::isnan(blocks_.back().height[k])) continue;
+    const Span x = {bounds.west[k], bounds.east[k]}, y = {bounds.south[k], bounds.north[k]};
+    clusters_.push_back({x, y, bounds.low[k], box.first + k, 1, block, k, {}, {}, is_inside(x, y), turns_up});
+  }
+}
+
+bool TriangleShadow::is_inside(const Span& x, const Span& y) const {
+  return x.low >= part_.west && x.high <= part_.east && y.low >= part_.south && y.high <= part_.north;
+}
+
+// A cluster with its triangles placed, and bounded by those that count.
 const TriangleShadow::Cluster& TriangleShadow::placed(std::uint32_t number) const {
   Cluster& cluster = clusters_[number];
   if (cluster.placed != kNotPlaced) return cluster;
-  cluster.placed = static_cast<std::uint32_t>(triangles_.size());
-  Span bounds[3];
-  for (std::uint32_t t = cluster.first; t < cluster.first + cluster.count; ++t) place(t, bounds);
-  cluster.end = static_cast<std::uint32_t>(triangles_.size());
+  cluster.placed = static_cast<std::uint32_t>(blocks_.size());
+  cluster.x = cluster.y = {kInfinite, -kInfinite};
+  cluster.low = kInfinite;
+  const std::uint32_t end = cluster.first + cluster.count;
+  for (std::uint32_t first = cluster.first; first < end; first += kTriangles) {
+    place(first, std::min<std::uint32_t>(end - first, kTriangles));
+    const TriangleBounds& bounds = bounds_.back();
+    for (std::size_t k = 0; k < kTriangles; ++k) {
+      cluster.x = {std::min(cluster.x.low, bounds.west[k]), std::max(cluster.x.high, bounds.east[k])};
+      cluster.y = {std::min(cluster.y.low, bounds.south[k]), std::max(cluster.y.high, bounds.north[k])};
+      cluster.low = std::min(cluster.low, bounds.low[k]);
+    }
+  }
   return cluster;
 }
 
-// Place a triangle if it faces down and may be over the part between the floor and the ceiling.
-bool TriangleShadow::place(std::uint32_t triangle, Span (&bounds)[3]) const {
-  auto& [x, y, z] = bounds;
-  double corner[3][3], normal[3];
-  z = corner_span(triangle, 2, corner);
-  if (!(z.high >= floor_)) return false;
-  x = corner_span(triangle, 0, corner);
-  if (x.low > part_.east || x.high < part_.west) return false;
-  y = corner_span(triangle, 1, corner);
-  if (y.low > part_.north || y.high < part_.south) return false;
-  if (!faces_down(corner, normal)) return false;
-  if (z.low > ceiling_) {
-    cut_ = true;
-    return false;
+// Place up to kTriangles triangles in a new block.
+void TriangleShadow::place(std::uint32_t first, std::uint32_t count) const {
+  double corners[3][3][kTriangles];
+  for (std::uint32_t k = 0; k < kTriangles; ++k) {
+    const std::int32_t* face = mesh_->faces.data() + 3 * std::size_t{first + std::min(k, count - 1)};
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const double* from = mesh_->vertices.data() + 3 * static_cast<std::size_t>(face[corner]);
+      for (std::size_t axis = 0; axis < 3; ++axis) corners[corner][axis][k] = from[axis];
+    }
   }
-  double a[3], b[3];
-  for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b[i] = corner[2][i] - corner[0][i];
-  const double per = 1.0 / normal[2];
-  triangles_.emplace_back();
-  Triangle& made = triangles_.back();
-  made.second[0] = b[1] * per, made.second[1] = -b[0] * per;
-  made.third[0] = -a[1] * per, made.third[1] = a[0] * per;
-  made.second[2] = -(made.second[0] * corner[0][0] + made.second[1] * corner[0][1]);
-  made.third[2] = -(made.third[0] * corner[0][0] + made.third[1] * corner[0][1]);
-  made.height = corner[0][2], made.second_rise = a[2], made.third_rise = b[2];
-  made.number = triangle;
-  spans_.push_back({x, y});
-  return true;
+  blocks_.emplace_back();
+  bounds_.emplace_back();
+  kernels().place_triangles(
+      corners[0][0], count, pose_.rotation, pose_.position,
+      {part_.west, part_.east, part_.south, part_.north, floor_, ceiling_, kSteep,
+       mesh_->closed ? 0.0 : kInfinite},
+      blocks_.back(),
+      bounds_.back());
+}
+
+// Visit the placed triangles of a cluster that count: number of the block, place in it, and number in the mesh.
+template <typename Visit>
+void TriangleShadow::each_triangle(const Cluster& cluster, Visit&& visit) const {
+  for (std::uint32_t t = 0; t < cluster.count; ++t) {
+    const std::size_t block = cluster.placed + t / kTriangles, k = cluster.lane + t % kTriangles;
+    if (!std::isnan(blocks_[block].height[k])) visit(block, k, cluster.first + t);
+  }
 }
 
 // Buckets cover only the part of the area under clusters, so that they are finer under a small body.
@@ -455,10 +474,10 @@ void TriangleShadow::fill_buckets() {
 double TriangleShadow::height(double x, double y, double floor) const {
   double lowest = kInfinite;
   if (!grid_.holds(x, y)) return lowest;
-  const auto test = [&](const Triangle& triangle) {
-    const double second = triangle.second[0] * x + triangle.second[1] * y + triangle.second[2];
-    const double third = triangle.third[0] * x + triangle.third[1] * y + triangle.third[2];
-    const double here = triangle.height + second * triangle.second_rise + third * triangle.third_rise;
+  const auto test = [&](const TriangleBlock& block, std::size_t k) {
+    const double second = block.second[0][k] * x + block.second[1][k] * y + block.second[2][k];
+    const double third = block.third[0][k] * x + block.third[1][k] * y + block.third[2][k];
+    const double here = block.height[k] + second * block.second_rise[k] + third * block.third_rise[k];
     // One branch instead of four, because the processor cannot predict them.
     const double inside = std::min(std::min(second, third), 1.0 - (second + third));
     if ((inside >= -kSeam) & (here >= floor) & (here < lowest)) lowest = here;
@@ -466,15 +485,17 @@ double TriangleShadow::height(double x, double y, double floor) const {
   const std::size_t at = std::size_t{coarser_[finest_bucket(y, 1)]} * side_ + coarser_[finest_bucket(x, 0)];
   const std::uint32_t* const end = entries_.data() + starts_[at + 1];
   for (const std::uint32_t* entry = entries_.data() + starts_[at]; entry != end; ++entry) {
+    const Cluster& bounds = clusters_[*entry];
     if (!fine_) {
-      test(triangles_[*entry]);
+      test(blocks_[bounds.placed], bounds.lane);
       continue;
     }
-    const Cluster& bounds = clusters_[*entry];
     const bool beside = (x < bounds.x.low) | (x > bounds.x.high) | (y < bounds.y.low) | (y > bounds.y.high);
     if (beside | (bounds.low >= lowest)) continue;
     const Cluster& cluster = placed(*entry);
-    for (std::uint32_t t = cluster.placed; t < cluster.end; ++t) test(triangles_[t]);
+    for (std::size_t k = 0; k < cluster.blocks(); ++k) {
+      lowest = kernels().lowest_of_triangles(blocks_[cluster.placed + k], x, y, -kSeam, floor, lowest);
+    }
   }
   return lowest;
 }
@@ -551,21 +572,17 @@ void TriangleShadow::lower(const std::vector<Point>& points, double floor, doubl
   over(range, [&](std::uint32_t number) {
     std::size_t from[2], end[2];
     if (!few && fine_ && !any(clusters_[number].x, clusters_[number].y, from, end)) return;
-    const Cluster& cluster = placed(number);
-    for (std::uint32_t t = cluster.placed; t < cluster.end; ++t) {
-      const Triangle& triangle = triangles_[t];
-      const double plane[9] = {triangle.second[0], triangle.second[1], triangle.second[2],
-                               triangle.third[0], triangle.third[1], triangle.third[2],
-                               triangle.height, triangle.second_rise, triangle.third_rise};
+    each_triangle(placed(number), [&](std::size_t block, std::size_t k, std::uint32_t) {
       PointRows rows = {x.data(), y.data(), 1, count, count};
       std::size_t at = 0;
       if (!few) {
-        if (!any(spans_[t][0], spans_[t][1], from, end)) continue;
+        const TriangleBounds& bounds = bounds_[block];
+        if (!any({bounds.west[k], bounds.east[k]}, {bounds.south[k], bounds.north[k]}, from, end)) return;
         at = from[1] * grid.counts[0] + from[0];
         rows = {x.data() + at, y.data() + at, end[1] - from[1], end[0] - from[0], grid.counts[0]};
       }
-      kernels().lower_by_triangle(plane, -kSeam, floor, rows, lowest.data() + at);
-    }
+      kernels().lower_by_triangle(blocks_[block], k, -kSeam, floor, rows, lowest.data() + at);
+    });
   });
   std::copy(lowest.begin(), lowest.end() - kEight, heights);
 }
@@ -584,10 +601,10 @@ void TriangleShadow::bottoms(std::vector<std::array<double, 3>>& points) {
   for (std::uint32_t number = 0; number < clusters_.size(); ++number) {
     if (clusters_[number].inside && !clusters_[number].turns_up) continue;
     const Cluster& cluster = placed(number);
-    for (std::uint32_t t = cluster.placed; t < cluster.end; ++t) {
-      if (cluster.turns_up) offer_vertices(triangles_[t]);
-      if (!cluster.inside) offer_cuts(triangles_[t]);
-    }
+    each_triangle(cluster, [&](std::size_t, std::size_t, std::uint32_t triangle) {
+      if (cluster.turns_up) offer_vertices(triangle);
+      if (!cluster.inside) offer_cuts(triangle);
+    });
   }
   const auto visible = [this](const Spot& spot) {
     return std::isfinite(spot[2]) && !(height(spot[0], spot[1], floor_) < spot[2] - kHidden);
@@ -598,8 +615,8 @@ void TriangleShadow::bottoms(std::vector<std::array<double, 3>>& points) {
   }
 }
 
-std::size_t TriangleShadow::vertex(const Triangle& triangle, std::size_t corner) const {
-  return static_cast<std::size_t>(mesh_->faces[3 * std::size_t{triangle.number} + corner]);
+std::size_t TriangleShadow::vertex(std::uint32_t triangle, std::size_t corner) const {
+  return static_cast<std::size_t>(mesh_->faces[3 * std::size_t{triangle} + corner]);
 }
 
 // Whether a surface with normals within bounds may have a lowest point: along the pad its normals must not all lean to
@@ -632,22 +649,22 @@ bool TriangleShadow::is_lowest_of_ring(std::size_t vertex) const {
 }
 
 // Offer the vertices of a triangle that have no lower neighbour as candidates.
-void TriangleShadow::offer_vertices(const Triangle& triangle) {
+void TriangleShadow::offer_vertices(std::uint32_t triangle) {
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t number = vertex(triangle, k);
     if (done_[number] == calls_) continue;
     done_[number] = calls_;
     if (!may_be_lowest(mesh_->ring_normals[number]) || !is_lowest_of_ring(number)) continue;
     double corner[3][3];
-    corners_of(triangle.number, corner);
+    corners_of(triangle, corner);
     if (part_.holds(corner[k][0], corner[k][1])) offer(inner_, {corner[k][0], corner[k][1], corner[k][2]});
   }
 }
 
 // If the part's rim cuts a triangle, offer the lowest points there.
-void TriangleShadow::offer_cuts(const Triangle& triangle) {
+void TriangleShadow::offer_cuts(std::uint32_t triangle) {
   double corner[3][3];
-  corners_of(triangle.number, corner);
+  corners_of(triangle, corner);
   if (within(corner, part_)) return;
   const Polygon cut(corner, part_);
   double lowest = kInfinite;

@@ -11,6 +11,7 @@
 #include "geometry/polygon.hpp"
 #include "geometry/pose.hpp"
 #include "geometry/triangle_mesh.hpp"
+#include "linalg/kernels.hpp"
 
 namespace mjtactile {
 
@@ -49,21 +50,18 @@ class TriangleShadow {
   struct Span {
     double low, high;
   };
-  struct Triangle {
-    // Barycentric coordinates of the second and third corner at (x, y): rates along x and y [1/m], and value at 0.
-    double second[3], third[3];
-    double height, second_rise, third_rise;  // height of the first corner, and of the others above it [m]
-    std::uint32_t number;                    // of the triangle in the mesh
-  };
   static constexpr std::uint32_t kNotPlaced = std::numeric_limits<std::uint32_t>::max();
   struct Cluster {                 // the triangles of a box of the mesh, or one of them
     Span x, y;                     // bounds along x and y [m]
     double low;                    // least height that it may have [m]
-    std::uint32_t first, count;    // in the mesh
-    std::uint32_t placed, end;     // its placed triangles; `placed` is kNotPlaced before they are
+    std::uint32_t first, count;    // its triangles in the mesh
+    std::uint32_t placed;          // number of its first block; kNotPlaced before they are placed
+    std::uint8_t lane;             // place in the block, if it is one triangle
     std::uint8_t from[2], to[2];   // finest buckets that its bounds meet: column and row
     bool inside;                   // whether it is wholly over the part
     bool turns_up;                 // whether it may have a vertex without a lower neighbour
+
+    std::size_t blocks() const { return (count + kTriangles - 1) / kTriangles; }
   };
   struct BucketRange {               // columns and rows of buckets
     std::size_t first[2], last[2];
@@ -79,16 +77,20 @@ class TriangleShadow {
   void walk_down(const double& lowest, Reach&& reach, Visit&& visit);
   void find_lowest();
   void gather();
-  void add_cluster(const Span (&bounds)[3], std::uint32_t first, std::uint32_t count, bool turns_up);
+  void add_cluster(const MeshBox& box, const Span& x, const Span& y, double low);
+  void add_triangles(const MeshBox& box);
+  bool is_inside(const Span& x, const Span& y) const;
   const Cluster& placed(std::uint32_t cluster) const;
-  bool place(std::uint32_t triangle, Span (&bounds)[3]) const;
+  void place(std::uint32_t first, std::uint32_t count) const;
+  template <typename Visit>
+  void each_triangle(const Cluster& cluster, Visit&& visit) const;
   void place_buckets();
   void fill_buckets();
-  std::size_t vertex(const Triangle& triangle, std::size_t corner) const;
+  std::size_t vertex(std::uint32_t triangle, std::size_t corner) const;
   bool may_be_lowest(const NormalBounds& ring) const;
   bool is_lowest_of_ring(std::size_t vertex) const;
-  void offer_vertices(const Triangle& triangle);
-  void offer_cuts(const Triangle& triangle);
+  void offer_vertices(std::uint32_t triangle);
+  void offer_cuts(std::uint32_t triangle);
   void offer(std::vector<std::array<double, 3>>& candidates, const std::array<double, 3>& spot);
   bool is_lowest_on_rim(std::size_t at) const;
   std::uint8_t finest_bucket(double at, std::size_t axis) const;
@@ -102,8 +104,8 @@ class TriangleShadow {
   Pose pose_ = {};
   Rectangle part_ = {};
   double floor_ = 0.0, ceiling_ = 0.0, lowest_ = 0.0;
-  bool fine_ = false;                 // whether clusters have several triangles; else each has one, of the same number
-  mutable bool cut_ = false;          // whether triangles over the part may be left out
+  bool fine_ = false;                 // whether clusters have several triangles; else each is one
+  bool cut_ = false;                  // whether triangles over the part may be left out
   double slack_ = 0.0;                // rounding error of a box's position [m]
   Rectangle grid_ = {};               // area that the buckets cover
   double per_[2] = {};                // number of finest buckets per length along x and y [1/m]
@@ -113,8 +115,8 @@ class TriangleShadow {
   std::vector<std::uint32_t> stack_;
   // Mutable, because triangles are placed when they are first needed.
   mutable std::vector<Cluster> clusters_;
-  mutable std::vector<Triangle> triangles_;
-  mutable std::vector<std::array<Span, 2>> spans_;   // bounds of each triangle along x and y
+  mutable std::vector<TriangleBlock> blocks_;
+  mutable std::vector<TriangleBounds> bounds_;   // of each block
   std::vector<std::uint32_t> starts_, entries_, fill_;   // clusters by bucket
   // For `bottoms`: for each vertex, the last call in which it was dealt with; and candidates by bucket.
   std::vector<std::uint32_t> done_;

@@ -24,6 +24,31 @@ struct PointRows {
   std::size_t rows, count, row;
 };
 
+constexpr std::size_t kTriangles = 8;  // triangles in a block
+
+// Up to kTriangles triangles, with an array for each quantity. Those that do not count have a height that is not a
+// number.
+struct alignas(64) TriangleBlock {
+  // Barycentric coordinates of the second and third corner at (x, y): rates along x and y [1/m], and value at 0.
+  double second[3][kTriangles], third[3][kTriangles];
+  // Height of the first corner, and of the others above it [m].
+  double height[kTriangles], second_rise[kTriangles], third_rise[kTriangles];
+};
+
+// Bounds of the triangles of a block along x and y, and their least heights [m]. Of those that do not count, the lower
+// bounds are infinite and the upper ones negatively so.
+struct TriangleBounds {
+  double west[kTriangles], east[kTriangles], south[kTriangles], north[kTriangles], low[kTriangles];
+};
+
+// Which triangles count: those over a rectangle, not wholly below a floor nor above a ceiling, and neither vertical nor
+// facing up.
+struct TriangleWindow {
+  double west, east, south, north, floor, ceiling;   // [m]
+  double steepest;   // largest cosine between the normals of vertical triangles and the vertical
+  double upward;     // largest upward component of normals [m^2]: 0, or infinite if triangles may face up
+};
+
 // A rectangle in a plane: its middle, its second moments over its area, and its area. The series about the middles is
 // accurate for two rectangles if their distance is above the sum of their `near_radius`.
 struct RectangleNumbers {
@@ -90,12 +115,19 @@ struct Kernels {
   void (*transpose)(const double* from, std::size_t from_row, std::size_t rows, std::size_t columns, double* to,
                     std::size_t to_row);
 
-  // Lower the heights of points to those of a triangle. There are `count` points per row, a multiple of eight, and rows
-  // begin `row` apart. With s = triangle[0] x + triangle[1] y + triangle[2], and t likewise from the next three
-  // numbers, the triangle is over a point if s, t and 1 - s - t are not below `least`. Its height there is triangle[6]
-  // + triangle[7] s + triangle[8] t. It counts if it is not below the floor.
-  void (*lower_by_triangle)(const double* triangle, double least, double floor, const PointRows& points,
-                            double* heights);
+  // Lower the heights of points to those of a block's triangle number k. There are `count` points per row, a multiple
+  // of eight, and rows begin `row` apart. The triangle is over a point if its three barycentric coordinates there are
+  // not below `least`. Its height counts if it is not below the floor.
+  void (*lower_by_triangle)(const TriangleBlock& block, std::size_t k, double least, double floor,
+                            const PointRows& points, double* heights);
+  // Set a block to triangles whose corners are given in a frame of their own: the coordinate along axis i of corner c
+  // of triangle k is corners[(3 c + i) kTriangles + k]. All kTriangles corners must be numbers; triangles from number
+  // `count` on do not count. `rotation` (9) and `position` (3): of the frame.
+  void (*place_triangles)(const double* corners, std::size_t count, const double* rotation, const double* position,
+                          const TriangleWindow& window, TriangleBlock& block, TriangleBounds& bounds);
+  // The least of a height and those of a block's triangles over (x, y), in the sense of lower_by_triangle.
+  double (*lowest_of_triangles)(const TriangleBlock& block, double x, double y, double least, double floor,
+                                double height);
 
   // Count the heights (rows, columns), at most 31 columns, that are at or below a level.
   PointsBelow (*count_below)(const double* heights, std::size_t rows, std::size_t columns, double level);

@@ -506,27 +506,95 @@ std::size_t select(const double* forces, const std::uint32_t* columns, std::size
   return kept;
 }
 
-inline void lower_by_triangle(const double* triangle, double least, double floor, const PointRows& points,
-                              double* heights) {
+inline void lower_by_triangle(const TriangleBlock& block, std::size_t k, double least, double floor,
+                              const PointRows& points, double* heights) {
   constexpr std::size_t kAtOnce = 8;
-  double plane[9];
-  std::memcpy(plane, triangle, sizeof plane);
+  const double second[3] = {block.second[0][k], block.second[1][k], block.second[2][k]};
+  const double third[3] = {block.third[0][k], block.third[1][k], block.third[2][k]};
+  const double height = block.height[k], second_rise = block.second_rise[k], third_rise = block.third_rise[k];
   for (std::size_t row = 0; row < points.rows; ++row) {
     const double *x = points.x + row * points.row, *y = points.y + row * points.row;
     double* to = heights + row * points.row;
     for (std::size_t i = 0; i < points.count; i += kAtOnce) {
       double found[kAtOnce];
-      for (std::size_t k = 0; k < kAtOnce; ++k) {
-        const double s = plane[0] * x[i + k] + plane[1] * y[i + k] + plane[2];
-        const double t = plane[3] * x[i + k] + plane[4] * y[i + k] + plane[5];
-        const double here = plane[6] + plane[7] * s + plane[8] * t, rest = 1.0 - (s + t);
-        const double less = s < t ? s : t, inside = less < rest ? less : rest, before = to[i + k];
+      for (std::size_t j = 0; j < kAtOnce; ++j) {
+        const double s = second[0] * x[i + j] + second[1] * y[i + j] + second[2];
+        const double t = third[0] * x[i + j] + third[1] * y[i + j] + third[2];
+        const double here = height + second_rise * s + third_rise * t, rest = 1.0 - (s + t);
+        const double less = s < t ? s : t, inside = less < rest ? less : rest, before = to[i + j];
         const double lower = here < before ? here : before, within = inside >= least ? lower : before;
-        found[k] = here >= floor ? within : before;
+        found[j] = here >= floor ? within : before;
       }
       std::memcpy(to + i, found, sizeof found);
     }
   }
+}
+
+inline void place_triangles(const double* corners, std::size_t count, const double* rotation, const double* position,
+                            const TriangleWindow& window, TriangleBlock& block, TriangleBounds& bounds) {
+  // Local copies, so that the compiler knows that writing one number does not change another.
+  const TriangleWindow seen = window;
+  double x[3][kTriangles], y[3][kTriangles], z[3][kTriangles];   // by corner
+  double* const along[3] = {x[0], y[0], z[0]};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double *row = rotation + 3 * axis, start = position[axis];
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const double* from = corners + 3 * kTriangles * corner;
+      double* to = along[axis] + kTriangles * corner;
+      for (std::size_t k = 0; k < kTriangles; ++k) {
+        to[k] = start + row[0] * from[k] + row[1] * from[kTriangles + k] + row[2] * from[2 * kTriangles + k];
+      }
+    }
+  }
+  const auto less = [](double a, double b) { return a < b ? a : b; };
+  const auto more = [](double a, double b) { return a > b ? a : b; };
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  TriangleBlock made;
+  TriangleBounds around;
+  for (std::size_t k = 0; k < kTriangles; ++k) {
+    const double ax = x[1][k] - x[0][k], ay = y[1][k] - y[0][k], az = z[1][k] - z[0][k];
+    const double bx = x[2][k] - x[0][k], by = y[2][k] - y[0][k], bz = z[2][k] - z[0][k];
+    const double normal[3] = {ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx};
+    const double square = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
+    const double per = 1.0 / normal[2];
+    made.second[0][k] = by * per, made.second[1][k] = -bx * per;
+    made.third[0][k] = -ay * per, made.third[1][k] = ax * per;
+    made.second[2][k] = -(made.second[0][k] * x[0][k] + made.second[1][k] * y[0][k]);
+    made.third[2][k] = -(made.third[0][k] * x[0][k] + made.third[1][k] * y[0][k]);
+    made.second_rise[k] = az, made.third_rise[k] = bz;
+    const double west = less(less(x[0][k], x[1][k]), x[2][k]), east = more(more(x[0][k], x[1][k]), x[2][k]);
+    const double south = less(less(y[0][k], y[1][k]), y[2][k]), north = more(more(y[0][k], y[1][k]), y[2][k]);
+    const double low = less(less(z[0][k], z[1][k]), z[2][k]), high = more(more(z[0][k], z[1][k]), z[2][k]);
+    const bool over = (west <= seen.east) & (east >= seen.west) & (south <= seen.north) & (north >= seen.south);
+    const bool faces = (normal[2] * normal[2] > seen.steepest * seen.steepest * square) & (normal[2] <= seen.upward);
+    const bool counts = over & faces & (low <= seen.ceiling) & (high >= seen.floor);
+    made.height[k] = counts ? z[0][k] : std::numeric_limits<double>::quiet_NaN();
+    around.west[k] = counts ? west : kNone, around.east[k] = counts ? east : -kNone;
+    around.south[k] = counts ? south : kNone, around.north[k] = counts ? north : -kNone;
+    around.low[k] = counts ? low : kNone;
+  }
+  for (std::size_t k = count; k < kTriangles; ++k) {
+    made.height[k] = std::numeric_limits<double>::quiet_NaN();
+    around.west[k] = around.south[k] = around.low[k] = kNone, around.east[k] = around.north[k] = -kNone;
+  }
+  block = made, bounds = around;
+}
+
+inline double lowest_of_triangles(const TriangleBlock& block, double x, double y, double least, double floor,
+                                  double height) {
+  double found[kTriangles];
+  for (std::size_t k = 0; k < kTriangles; ++k) {
+    const double s = block.second[0][k] * x + block.second[1][k] * y + block.second[2][k];
+    const double t = block.third[0][k] * x + block.third[1][k] * y + block.third[2][k];
+    const double here = block.height[k] + s * block.second_rise[k] + t * block.third_rise[k], rest = 1.0 - (s + t);
+    const double less = s < t ? s : t, inside = less < rest ? less : rest;
+    const double lower = here < height ? here : height, within = inside >= least ? lower : height;
+    found[k] = here >= floor ? within : height;
+  }
+  for (std::size_t half = kTriangles / 2; half > 0; half /= 2) {
+    for (std::size_t k = 0; k < half; ++k) found[k] = found[k + half] < found[k] ? found[k + half] : found[k];
+  }
+  return found[0];
 }
 
 // Rows are sets of bits. There is an edge wherever neighbouring bits differ.
@@ -796,6 +864,8 @@ constexpr Kernels kernels_named(const char* name) {
           solve_upper,
           transpose,
           lower_by_triangle,
+          place_triangles,
+          lowest_of_triangles,
           count_below,
           add_edge_moments,
           add_element_forces,
