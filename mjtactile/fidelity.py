@@ -128,7 +128,9 @@ class Fidelity:
     """
 
     mesh: str | MeshDensity = "default"  #: name of a mesh, or a density
-    precision: str = "float32"  #: storage of the stress matrices: "int8", "float16", "float32" or "float64"
+    #: Storage of the stress matrices, one of `PRECISIONS`; or one for each sensing layer, and the last repeats.
+    #: "float64" is for all layers or none.
+    precision: str | tuple[str, ...] = "float32"
     reduction: float = 0.0  #: relative error of a layer's readings accepted for speed [-], 0 for none; low_rank.py
     #: How a reading is averaged, one of `AVERAGINGS`; or one for each sensing layer, and the last repeats.
     #: taxel_mean.py
@@ -140,9 +142,12 @@ class Fidelity:
     def __post_init__(self) -> None:
         """Refuse what does not exist."""
         mesh_density(self.mesh)
-        if self.precision not in PRECISIONS:
-            raise PresetError(f"precision {self.precision!r} does not exist. Available: {', '.join(PRECISIONS)}.")
-        object.__setattr__(self, "averaging", _shortest_averaging(self.averaging))
+        object.__setattr__(self, "precision", _by_layer("precision", self.precision, PRECISIONS))
+        if self.precision != "float64" and "float64" in self.precision:
+            raise PresetError(
+                f"precision = {self.precision}; expected 'float64' for all sensing layers or for none of them."
+            )
+        object.__setattr__(self, "averaging", _by_layer("averaging", self.averaging, AVERAGINGS))
         if self.loads not in LOADS:
             raise PresetError(f"loads {self.loads!r} does not exist. Available: {', '.join(LOADS)}.")
         if not (isinstance(self.reduction, float | int) and 0.0 <= self.reduction < 1.0):
@@ -161,27 +166,42 @@ class Fidelity:
 
     def averaging_at(self, sensing_layer: int) -> str:
         """How the readings of one sensing layer, counted from the top, are averaged: one of `AVERAGINGS`."""
-        by_layer = (self.averaging,) if isinstance(self.averaging, str) else self.averaging
-        return by_layer[min(sensing_layer, len(by_layer) - 1)]
+        return _at_layer(self.averaging, sensing_layer)
+
+    def precision_at(self, sensing_layer: int) -> str:
+        """How the matrices of one sensing layer, counted from the top, are stored: one of `PRECISIONS`."""
+        return _at_layer(self.precision, sensing_layer)
+
+    @property
+    def widest_precision(self) -> str:
+        """The widest of the layers' precisions."""
+        by_layer = (self.precision,) if isinstance(self.precision, str) else self.precision
+        return max(by_layer, key=PRECISIONS.index)
 
 
-def averaging_text(averaging: str | tuple[str, ...]) -> str:
-    """The averaging of a fidelity in words, from the top layer down, such as "quarters, then mean"."""
-    return averaging if isinstance(averaging, str) else ", then ".join(averaging)
+def by_layer_text(choice: str | tuple[str, ...]) -> str:
+    """A choice for each sensing layer in words, from the top layer down, such as "quarters, then mean"."""
+    return choice if isinstance(choice, str) else ", then ".join(choice)
 
 
-def _shortest_averaging(averaging: str | Sequence[str]) -> str | tuple[str, ...]:
-    """The same averaging with as few entries as possible, so that equal choices are equal values.
+def _at_layer(choice: str | tuple[str, ...], sensing_layer: int) -> str:
+    """The choice for one sensing layer, counted from the top; the last one repeats."""
+    by_layer = (choice,) if isinstance(choice, str) else choice
+    return by_layer[min(sensing_layer, len(by_layer) - 1)]
+
+
+def _by_layer(name: str, choice: str | Sequence[str], known: tuple[str, ...]) -> str | tuple[str, ...]:
+    """A choice by sensing layer with as few entries as possible, so that equal choices are equal values.
 
     Raises:
         PresetError: there is none, or one does not exist.
     """
-    by_layer = [averaging] if isinstance(averaging, str) else list(averaging)
+    by_layer = [choice] if isinstance(choice, str) else list(choice)
     for one in by_layer or [None]:
-        if one not in AVERAGINGS:
+        if one not in known:
             raise PresetError(
-                f"averaging {one!r} does not exist. Available: {', '.join(AVERAGINGS)}; or one for each sensing layer, "
-                "such as ('quarters', 'mean')."
+                f"{name} {one!r} does not exist. Available: {', '.join(known)}; or one for each sensing layer, "
+                f"such as {known[-2:]}."
             )
     while by_layer[-2:-1] == by_layer[-1:]:
         by_layer.pop()
@@ -195,7 +215,7 @@ PRESETS: dict[str, Fidelity] = {
     "fast": Fidelity(mesh="draft", precision="int8", reduction=0.03, averaging="mean", law="elastic", cells=20),
     "balanced": Fidelity(
         mesh="even",
-        precision="float16",
+        precision=("float16", "int8"),
         reduction=0.02,
         averaging=("quarters", "quarters", "mean"),
         loads="corners",
@@ -242,7 +262,7 @@ def fidelity_summary(fidelity: Fidelity) -> str:
     plain = Fidelity()
     chosen = {one.name: getattr(fidelity, one.name) for one in fields(Fidelity)}
     mesh = fidelity.mesh if isinstance(fidelity.mesh, str) else mesh_name(fidelity.mesh) or "of its own"
-    texts = chosen | {"averaging": averaging_text(fidelity.averaging)}
+    texts = chosen | {key: by_layer_text(chosen[key]) for key in ("precision", "averaging")}
     others = [f"{key} {texts[key]}" for key, value in chosen.items() if key != "mesh" and value != getattr(plain, key)]
     return ", ".join([f"mesh {mesh}", *others])
 

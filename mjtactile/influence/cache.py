@@ -231,7 +231,7 @@ def build_influence(pad: Pad, fidelity: str | Fidelity, *, progress: bool = True
         for class_tables in build_tables(
             pad,
             density,
-            dtype=storage.fidelity.precision,
+            dtype=storage.fidelity.widest_precision,
             on_step=lambda: advance(1),
             rows=storage.averaged,
             columns=storage.columns,

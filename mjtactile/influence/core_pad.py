@@ -40,7 +40,7 @@ class CorePad:
         ends, mirrors = [contiguous(line.vertices) for line in (grid.x, grid.y)], influence.mirrors
         signs = contiguous(mirrors.signs)
         handle = library().mjt_pad_new(
-            ctypes.c_int(_PRECISIONS.index(influence.fidelity.precision)),
+            ctypes.c_int(_PRECISIONS.index(influence.fidelity.widest_precision)),
             ctypes.c_int(influence.fidelity.loads == "corners"),
             *(part for line in ends for part in sized(line)),
             *(ctypes.c_int(mirrored) for mirrored in (mirrors.x, mirrors.y)),
@@ -133,6 +133,7 @@ def _add_layer(pad: CorePad, influence: PadTables, sensing_layer: int, order: In
     weights = contiguous(average.data)
     library().mjt_pad_add_layer(
         pad.handle,
+        ctypes.c_int(_PRECISIONS.index(influence.fidelity.precision_at(sensing_layer))),
         ctypes.c_size_t(len(order)),
         ctypes.c_size_t(average.shape[0]),
         pointer(starts),

@@ -77,7 +77,7 @@ def largest_force(forces: Array) -> float:
     return largest
 
 
-def folded_loads(batch: Array, columns: list[np.ndarray], precision: str, mirrors: MirrorPlanes = BOTH) -> FoldedLoads:
+def folded_loads(batch: Array, columns: list[np.ndarray], twofold: bool, mirrors: MirrorPlanes = BOTH) -> FoldedLoads:
     """Split nodal forces into symmetry classes.
 
     A symmetric load has forces in some classes only, and rounding errors in the others. Forces smaller than the
@@ -86,13 +86,13 @@ def folded_loads(batch: Array, columns: list[np.ndarray], precision: str, mirror
     Args:
         batch: nodal forces (batch, nodes y, nodes x, 3) [N].
         columns: for each class, the degrees of freedom of the quarter that are columns of its matrices.
-        precision: storage of the matrices.
+        twofold: whether the matrices are stored in double precision.
         mirrors: of the pad.
     """
     folded = (fold_forces(batch, parity).reshape(len(batch), -1) for parity in mirrors.classes)
     forces = [of_class[:, free] for of_class, free in zip(folded, columns, strict=True)]
     scale = np.max([np.abs(of_class).max(axis=1, initial=0.0) for of_class in forces], axis=0)
     scale = np.where(scale > 0, scale, 1.0)
-    negligible = _NEGLIGIBLE * np.finfo(np.float64 if precision == "float64" else np.float32).eps
+    negligible = _NEGLIGIBLE * np.finfo(np.float64 if twofold else np.float32).eps
     scaled = (of_class / scale[:, None] for of_class in forces)
     return FoldedLoads([ClassForces(np.where(np.abs(values) < negligible, 0.0, values)) for values in scaled], scale)

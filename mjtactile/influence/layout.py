@@ -127,7 +127,8 @@ def check_layout(pad: Pad, fidelity: Fidelity, mesh: SheetMesh, tables: Tables) 
         layout.take(table_name("compliance", parity), (np.float64,), (count, count))
         for kind, width in (("deviatoric", DEVIATORIC_COUNT), ("mean", 1)):
             for k, of_layer in enumerate(points):
-                _check_matrix(layout, table_name(kind, parity, k), fidelity, columns, of_layer * width)
+                storage = _LayerStorage(fidelity.precision_at(k), fidelity.reduction > 0.0)
+                _check_matrix(layout, table_name(kind, parity, k), storage, (columns, of_layer * width))
     layout.require_nothing_else()
 
 
@@ -143,9 +144,23 @@ def _check_sampling(layout: _Layout, pad: Pad, sensing_layer: int) -> int:
     return len(points)
 
 
-def _check_matrix(layout: _Layout, name: str, fidelity: Fidelity, columns: int, rows: int) -> None:
-    """Check a stress matrix: whole, or in two factors if the fidelity is reduced, see `stored_matrix`."""
-    if name in layout.tables or fidelity.reduction == 0.0:
+@dataclass(frozen=True)
+class _LayerStorage:
+    """How the stress matrices of one sensing layer are stored.
+
+    Attributes:
+        precision: one of `fidelity.PRECISIONS`.
+        reduced: whether a matrix may be stored in two factors.
+    """
+
+    precision: str
+    reduced: bool
+
+
+def _check_matrix(layout: _Layout, name: str, storage: _LayerStorage, shape: tuple[int, int]) -> None:
+    """Check a stress matrix (columns, rows): whole, or in two factors if it is reduced, see `stored_matrix`."""
+    columns, rows = shape
+    if name in layout.tables or not storage.reduced:
         factors: dict[str, _Shape] = {name: (columns, rows)}
     else:
         left = f"{name} left"
@@ -153,11 +168,11 @@ def _check_matrix(layout: _Layout, name: str, fidelity: Fidelity, columns: int, 
         rank = layout.tables[left].shape[-1] if left in layout.tables and layout.tables[left].ndim else None
         factors = {left: (columns, rank), f"{name} right": (rank, rows)}
     last = list(factors)[-1]
-    for place, shape in factors.items():
-        narrow = {"int8": np.int8 if place == last else np.float16, "float16": np.float16}.get(fidelity.precision)
-        layout.take(place, (narrow or np.dtype(fidelity.precision).type,), shape)
+    for place, of_factor in factors.items():
+        narrow = {"int8": np.int8 if place == last else np.float16, "float16": np.float16}.get(storage.precision)
+        layout.take(place, (narrow or np.dtype(storage.precision).type,), of_factor)
         if narrow is not None:
-            layout.take(f"{place} scale", (np.float32,), (shape[0], 1))
+            layout.take(f"{place} scale", (np.float32,), (of_factor[0], 1))
 
 
 class _Layout:

@@ -34,6 +34,7 @@ from mjtactile._types import Array, Tables
 from mjtactile.fem.stress import DEVIATORIC_COUNT
 from mjtactile.fem.symmetry import fold_forces
 from mjtactile.fem.vertex_loads import onto_corners
+from mjtactile.fidelity import Fidelity
 from mjtactile.influence.stress_matrix import stored_matrix
 from mjtactile.influence.table import table_name
 
@@ -55,14 +56,13 @@ _TIE = 1e-5
 
 
 def reduced_tables(
-    influence: InfluenceMatrices, tolerance: float, precision: str, on_step: Callable[[], None] = lambda: None
+    influence: InfluenceMatrices, chosen: Fidelity, on_step: Callable[[], None] = lambda: None
 ) -> Tables:
     """The stress matrices of influence matrices, each factored if that saves memory or time.
 
     Args:
         influence: with whole matrices; each is removed from its tables, to save memory.
-        tolerance: relative error, see the module's description [-].
-        precision: storage of the result.
+        chosen: fidelity of the result: its reduction is the relative error, see the module's description.
         on_step: called after each layer's deviatoric matrices, and after each layer's mean ones.
 
     Returns:
@@ -74,9 +74,9 @@ def reduced_tables(
         for k in range(influence.pad.sensing_layers):
             names = [table_name(kind, parity, k) for parity in influence.mirrors.classes]
             matrices = [np.asarray(influence.tables.pop(name)) for name in names]
-            factors = _reduced_layer(matrices, spanning, control, _row_weights(influence, k, width), tolerance)
+            factors = _reduced_layer(matrices, spanning, control, _row_weights(influence, k, width), chosen.reduction)
             for name, of_class in zip(names, factors, strict=True):
-                tables |= stored_matrix(name, of_class, precision)
+                tables |= stored_matrix(name, of_class, chosen.precision_at(k))
             on_step()
     return tables
 

@@ -158,7 +158,7 @@ class InfluenceMatrices(PadTables):
         Raises:
             InfluenceError: the load belongs to another surface or is not finite.
         """
-        loads = folded_loads(nodal_batch([load], self.surface), self.free, "float64", self.mirrors)
+        loads = folded_loads(nodal_batch([load], self.surface), self.free, twofold=True, mirrors=self.mirrors)
         quarter = self.mesh.quarter()
         shape = (3, quarter.y.node_count, quarter.x.node_count)
         classes = []
@@ -182,7 +182,7 @@ class InfluenceMatrices(PadTables):
         batch = nodal_batch([load] if single else load, self.surface)
         if self.fidelity.loads == "corners":
             batch = onto_corners(batch, self.surface)
-        return folded_loads(batch, self.columns, self.fidelity.precision, self.mirrors), single
+        return folded_loads(batch, self.columns, self.fidelity.precision == "float64", self.mirrors), single
 
     def _deviatoric(self, loads: FoldedLoads, sensing_layer: int) -> Array:
         """Deviatoric stress (batch, points, 5) [Pa] at one sensing layer's sample points."""

@@ -130,19 +130,19 @@ def reduced_and_narrowed(
     if chosen.reduction > 0.0:
         from mjtactile.influence.low_rank import reduced_tables
 
-        stresses = reduced_tables(whole, chosen.reduction, chosen.precision, on_step)
+        stresses = reduced_tables(whole, chosen, on_step)
     else:
-        stresses = _narrowed(whole, chosen.precision, on_step)
+        stresses = _narrowed(whole, chosen, on_step)
     return InfluenceMatrices(whole.pad, chosen, others | stresses)
 
 
-def _narrowed(whole: InfluenceMatrices, precision: str, on_step: Callable[[], None]) -> Tables:
-    """All stress matrices, whole, in another precision."""
+def _narrowed(whole: InfluenceMatrices, chosen: Fidelity, on_step: Callable[[], None]) -> Tables:
+    """All stress matrices, whole, in the precision of another fidelity."""
     tables: Tables = {}
     for kind in _STRESSES:
         for k in range(whole.pad.sensing_layers):
             for parity in whole.mirrors.classes:
                 name = table_name(kind, parity, k)
-                tables |= stored_matrix(name, (whole.tables.pop(name),), precision)
+                tables |= stored_matrix(name, (whole.tables.pop(name),), chosen.precision_at(k))
             on_step()
     return tables

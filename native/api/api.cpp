@@ -57,7 +57,7 @@ void copy(const double* from, Matrix& to) {
 
 }  // namespace
 
-int mjt_version(void) { return 14; }
+int mjt_version(void) { return 15; }
 
 int mjt_knows(const char* law, const char* tangential) {
   return law_named(law) != nullptr && tangential_named(tangential) != nullptr;
@@ -119,9 +119,9 @@ void mjt_pad_set_tiles(mjt_pad* pad, size_t count, const double* tiles, const in
   pad->pad->set_tiles(std::move(made));
 }
 
-void mjt_pad_add_layer(mjt_pad* pad, size_t points, size_t taxels, const int32_t* starts, const int32_t* places,
-                       const double* weights) {
-  pad->pad->add_layer({points, taxels, starts, places, weights});
+void mjt_pad_add_layer(mjt_pad* pad, int precision, size_t points, size_t taxels, const int32_t* starts,
+                       const int32_t* places, const double* weights) {
+  pad->pad->add_layer({points, taxels, starts, places, weights}, static_cast<Precision>(precision));
 }
 
 void mjt_pad_set_class(mjt_pad* pad, int symmetry_class, size_t columns, const int32_t* column_of,

@@ -25,7 +25,7 @@ MJT_API int mjt_use_kernels(const char* name);
 /* Whether there are a contact law and a tangential choice with these names. */
 MJT_API int mjt_knows(const char* law, const char* tangential);
 
-/* A pad without matrices. precision: 0 half, 1 single, 2 double, 3 bytes. corners: whether loads are replaced by forces
+/* A pad without matrices. precision: the widest of its layers', 0 half, 1 single, 2 double, 3 bytes. corners: whether loads are replaced by forces
    on the elements' corners. ends: coordinates of the element boundaries [m]. mirror: whether the pad is symmetric under
    x -> -x and y -> -y. quadrant_signs (quadrants, classes): see Pad::set_mirrors. */
 MJT_API mjt_pad* mjt_pad_new(int precision, int corners, size_t count_x, const double* ends_x, size_t count_y,
@@ -51,8 +51,9 @@ MJT_API void mjt_pad_set_compliance(mjt_pad* pad, double factor, size_t count_x,
 /* Set the heat map of readings on the surface: tiles (count, 14) of position (3), rotation (9) and half sides (2) [m],
    and the number of the reading that colours each. */
 MJT_API void mjt_pad_set_tiles(mjt_pad* pad, size_t count, const double* tiles, const int32_t* readings);
-/* Add a sensing layer, see AveragingRows; then set the matrices of every symmetry class, see Pad::set_class. */
-MJT_API void mjt_pad_add_layer(mjt_pad* pad, size_t points, size_t taxels, const int32_t* starts,
+/* Add a sensing layer, see AveragingRows, whose matrices have a precision; then set the matrices of every symmetry
+   class, see Pad::set_class. */
+MJT_API void mjt_pad_add_layer(mjt_pad* pad, int precision, size_t points, size_t taxels, const int32_t* starts,
                                const int32_t* places, const double* weights);
 MJT_API void mjt_pad_set_class(mjt_pad* pad, int symmetry_class, size_t columns, const int32_t* column_of,
                                const double* signs, const size_t* ranks, const double* const* left,

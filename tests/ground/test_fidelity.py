@@ -49,6 +49,8 @@ def test_unknown_preset_lists_those_that_exist():
     ("choice", "message"),
     [
         ({"precision": "float8"}, r"precision 'float8' does not exist. Available: int8, float16, float32, float64"),
+        ({"precision": ("float16", "float8")}, r"precision 'float8' does not exist.*or one for each sensing layer"),
+        ({"precision": ("float64", "float32")}, r"expected 'float64' for all sensing layers or for none of them"),
         ({"averaging": "median"}, r"averaging 'median' does not exist. Available: points, quarters, mean"),
         ({"averaging": ("mean", "median")}, r"averaging 'median' does not exist.*or one for each sensing layer"),
         ({"averaging": ()}, r"averaging None does not exist"),
@@ -83,6 +85,15 @@ def test_each_sensing_layer_may_have_its_own_averaging_and_the_last_repeats():
     chosen = Fidelity(averaging=("points", "quarters", "mean"))
     assert [chosen.averaging_at(layer) for layer in range(5)] == ["points", "quarters", "mean", "mean", "mean"]
     assert [Fidelity(averaging="mean").averaging_at(layer) for layer in range(2)] == ["mean", "mean"]
+
+
+def test_each_sensing_layer_may_have_its_own_precision_and_the_last_repeats():
+    chosen = Fidelity(precision=("float16", "float32", "int8"))
+    assert [chosen.precision_at(layer) for layer in range(4)] == ["float16", "float32", "int8", "int8"]
+    assert chosen.widest_precision == "float32"
+    assert Fidelity(precision=("float64", "float64")) == Fidelity(precision="float64")
+    assert Fidelity(precision="int8").widest_precision == "int8"
+    assert fidelity_from_text(fidelity_text(chosen)) == chosen
 
 
 @pytest.mark.parametrize(

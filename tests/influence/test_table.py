@@ -172,6 +172,7 @@ VARIANTS = [
     {"reduction": 0.1},
     {"precision": "float16", "reduction": 0.1, "law": "elastic", "cells": 50},
     {"precision": "int8", "reduction": 0.1},
+    {"precision": ("float16", "int8"), "reduction": 0.1},
     {"averaging": "mean"},
     {"averaging": "quarters", "loads": "corners", "precision": "int8"},
 ]
@@ -193,6 +194,27 @@ def test_every_storage_comes_back(choices, tmp_path):
     np.testing.assert_array_equal(loaded.stress(load), built.stress(load))
     with pytest.raises(StaleInfluenceError, match="the pad, the mesh, the storage or the version"):
         load_influence(path, fidelity=Fidelity(mesh=COARSE))
+
+
+def test_each_layer_is_stored_in_its_own_precision():
+    """The upper layer of the pad in half precision, the lower one in bytes; whole matrices, so each is one array."""
+    chosen = Fidelity(mesh=COARSE, precision=("float16", "int8"))
+    built = build_influence(LAYERED_PAD, chosen, progress=False)
+    assert LAYERED_PAD.sensing_layers > 1
+    for parity in built.mirrors.classes:
+        for kind in ("deviatoric", "mean"):
+            dtypes = [built.tables[table_name(kind, parity, k)].dtype for k in range(LAYERED_PAD.sensing_layers)]
+            assert dtypes == [np.float16, *[np.int8] * (LAYERED_PAD.sensing_layers - 1)]
+    # Deep layers lose what bytes lose, the top one what half precision does.
+    whole = build_influence(LAYERED_PAD, Fidelity(mesh=COARSE), progress=False)
+    load = contact_load(
+        whole, Footprint.from_outline(indenter_outline("star", scale=0.4), whole.surface), (0.02, 0.01, -0.1)
+    )
+    found, expected = built.readings(load), whole.readings(load)
+    errors = np.linalg.norm(found - expected, axis=(1, 2)) / np.linalg.norm(expected, axis=(1, 2))
+    assert errors[0] < 3e-4
+    assert (errors[1:] > 1e-5).all()
+    assert (errors[1:] < 1e-2).all()
 
 
 def test_defaults_leave_no_trace_in_the_fingerprint():

@@ -24,6 +24,7 @@ TOLERANCE = {"int8": 1e-6, "float16": 1e-6, "float32": 1e-6, "float64": 1e-12}
 STORAGES = [
     *({"precision": precision, "reduction": 0.01} for precision in TOLERANCE),
     {"precision": "int8"},
+    {"precision": ("float32", "float16", "int8"), "reduction": 0.01},
     {"averaging": "mean", "precision": "float16"},
     {"averaging": "quarters", "loads": "corners", "precision": "int8", "reduction": 0.01},
     {"loads": "corners", "precision": "float64"},
@@ -46,7 +47,7 @@ def random_forces(influence, seed):
 
 
 def test_readings_of_random_forces(influence, instruction_set):
-    tolerance = TOLERANCE[influence.fidelity.precision]
+    tolerance = TOLERANCE[influence.fidelity.widest_precision]
     for seed in range(20):
         load = SurfaceLoad(random_forces(influence, seed), influence.surface, PAD_AREA)
         expected = influence.readings_of(influence.point_response(load))

@@ -19,7 +19,7 @@ class Choice:
     law: str  #: contact law
     cells: int  #: contact cells; 0 for law "uniform", which has none
     points: tuple[int, ...]  #: sample points per axis, by sensing layer; the last repeats
-    precision: str  #: number format of the stored tables
+    precision: str | tuple[str, ...]  #: number format of the stored tables, see `Fidelity.precision`
     reduction: float  #: relative error that the low-rank reduction may add [-]
     averaging: str | tuple[str, ...] = "points"  #: see `Fidelity.averaging`
     loads: str = "nodes"  #: see `Fidelity.loads`
@@ -100,7 +100,7 @@ def sweep(design: dict[str, Any]) -> list[Choice]:
             c.points,
             c.loads,
             str(c.averaging),
-            c.precision,
+            str(c.precision),
             c.reduction,
             c.law,
             c.cells,

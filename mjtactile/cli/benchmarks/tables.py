@@ -16,7 +16,7 @@ from mjtactile.cli.benchmarks.cases import CALCULIX_GROUPS
 from mjtactile.cli.benchmarks.front import front
 from mjtactile.errors import MjTactileError
 from mjtactile.experiments.markdown import markdown_table
-from mjtactile.fidelity import PRESETS, averaging_text
+from mjtactile.fidelity import PRESETS, by_layer_text
 from mjtactile.sim.assets import asset_path
 
 
@@ -191,7 +191,7 @@ def _trade_cells(row: dict[str, Any], result: dict[str, Any]) -> list[str]:
         row["law"],
         str(row["cells"] or "-"),
         ", ".join(map(str, row["points"])),
-        ", ".join([row["precision"], *_unusual(row)]),
+        ", ".join([by_layer_text(row["precision"]), *_unusual(row)]),
         f"{row['reduction']:g}",
         f"{row['table_bytes'] / 1e6:.0f} MB",
         _median_worst(errors),
@@ -205,7 +205,7 @@ def _trade_cells(row: dict[str, Any], result: dict[str, Any]) -> list[str]:
 def _unusual(row: dict[str, Any]) -> list[str]:
     """Averaging and loads where they differ from the defaults. Rows of old runs do not name them."""
     averaging, loads = row.get("averaging", "points"), row.get("loads", "nodes")
-    unusual = [f"averaging {averaging_text(averaging)}"] if averaging != "points" else []
+    unusual = [f"averaging {by_layer_text(averaging)}"] if averaging != "points" else []
     return unusual + ([f"loads on {loads}"] if loads != "nodes" else [])
 
 

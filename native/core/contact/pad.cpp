@@ -53,8 +53,9 @@ void Pad::set_mirrors_of(StressMap<Value>& map, bool x, bool y, const double* si
   }
 }
 
-void Pad::add_layer(const AveragingRows& rows) {
+void Pad::add_layer(const AveragingRows& rows, Precision precision) {
   points_.push_back(rows.points);
+  stored_.push_back(precision);
   if (twofold()) {
     add_layer_to(double_maps_.deviatoric, rows);
     add_layer_to(double_maps_.mean, rows);
@@ -110,19 +111,19 @@ void Pad::set_class_of(StressMap<Value>& map, std::size_t c, std::size_t count, 
   typename StressMap<Value>::Class& of_class = map.classes[c];
   const std::vector<std::size_t> order = map.set_columns(of_class, count, columns, signs);
 
-  // Columns of a left factor combine entries of very different size, so bytes are too coarse for it. It is small.
-  const Precision left = precision_ == Precision::byte ? Precision::half : precision_;
   of_class.factors.clear();
   for (std::size_t k = 0; k < map.layers.size(); ++k) {
+    // Columns of a left factor combine entries of very different size, so bytes are too coarse for it. It is small.
+    const Precision left = stored_[k] == Precision::byte ? Precision::half : stored_[k];
     const std::size_t rank = layers[k].rank, rows = map.coordinates * map.layers[k].points;
     std::vector<Columns<Value>> factors;
     if (rank > 0) {
       std::vector<std::size_t> every(rank);
       std::iota(every.begin(), every.end(), std::size_t{0});
       factors.push_back(filled<Value>(layers[k].left, order, rank, left));
-      factors.push_back(filled<Value>(layers[k].right, every, rows, precision_));
+      factors.push_back(filled<Value>(layers[k].right, every, rows, stored_[k]));
     } else {
-      factors.push_back(filled<Value>(layers[k].left, order, rows, precision_));
+      factors.push_back(filled<Value>(layers[k].left, order, rows, stored_[k]));
     }
     of_class.factors.push_back(std::move(factors));
   }

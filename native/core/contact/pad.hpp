@@ -45,7 +45,8 @@ struct Tile {
 
 class Pad {
  public:
-  // `corners`: how loads are replaced by forces on the elements' corners; null if tables have columns of all nodes.
+  // `precision`: the widest of the layers'. `corners`: how loads are replaced by forces on the elements' corners; null
+  // if tables have columns of all nodes.
   Pad(SurfaceGrid surface, Precision precision, const CornerSpread* corners);
 
   // Data that contacts need: the range of small strains, and the reading [Pa] at which taxels of each sensing layer
@@ -63,7 +64,8 @@ class Pad {
   // Set the matrices in this order: the mirrors, with the signs of each class in the quadrants (quadrants, classes);
   // every layer; every class.
   void set_mirrors(bool x, bool y, const double* signs);
-  void add_layer(const AveragingRows& rows);
+  // `precision`: in which the layer's matrices are stored.
+  void add_layer(const AveragingRows& rows, Precision precision);
   // `columns` (component, y, x): for each degree of freedom of the quarter, its column in the matrices, or -1. `signs`
   // (3 components, 2 axes): see StressMap::Class. `mean`: whether these are matrices to the mean stress, which are
   // needed for whole tensors only, instead of those to the deviatoric stress.
@@ -123,6 +125,7 @@ class Pad {
   std::vector<Tile> tiles_;
   SurfaceCompliance compliance_;
   Precision precision_;
+  std::vector<Precision> stored_;   // by layer
   LinearRange range_ = {};
   std::vector<double> saturation_;
   bool has_mean_ = false;
