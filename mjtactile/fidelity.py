@@ -7,6 +7,7 @@ which table is built.
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
@@ -180,8 +181,11 @@ class Fidelity:
 
 
 def by_layer_text(choice: str | tuple[str, ...]) -> str:
-    """A choice for each sensing layer in words, from the top layer down, such as "quarters, then mean"."""
-    return choice if isinstance(choice, str) else ", then ".join(choice)
+    """A choice for each sensing layer in words, from the top layer down, such as "quarters in 2 layers, then mean"."""
+    if isinstance(choice, str):
+        return choice
+    runs = [(one, len(list(layers))) for one, layers in itertools.groupby(choice)]
+    return ", then ".join(one if count == 1 else f"{one} in {count} layers" for one, count in runs)
 
 
 def _at_layer(choice: str | tuple[str, ...], sensing_layer: int) -> str:

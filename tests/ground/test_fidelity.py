@@ -158,6 +158,10 @@ def test_densities_are_known_by_name():
         (Fidelity(mesh=MESHES["draft"], precision="int8", cells=20), "mesh draft, precision int8, cells 20"),
         (Fidelity(mesh=replace(MESHES["draft"], most_elements=50)), "mesh of its own"),
         (Fidelity(mesh="fine", averaging=("points", "mean")), "mesh fine, averaging points, then mean"),
+        (
+            Fidelity(precision=("float16", "int8"), averaging=("points", "points", "mean")),
+            "mesh default, precision float16, then int8, averaging points in 2 layers, then mean",
+        ),
     ],
 )
 def test_a_summary_says_what_differs_from_a_plain_mesh(fidelity, words):
