@@ -25,9 +25,10 @@ MJT_API int mjt_use_kernels(const char* name);
 /* Whether there are a contact law and a tangential choice with these names. */
 MJT_API int mjt_knows(const char* law, const char* tangential);
 
-/* A pad without matrices. precision: the widest of its layers', 0 half, 1 single, 2 double, 3 bytes. corners: whether loads are replaced by forces
-   on the elements' corners. ends: coordinates of the element boundaries [m]. mirror: whether the pad is symmetric under
-   x -> -x and y -> -y. quadrant_signs (quadrants, classes): see Pad::set_mirrors. */
+/* A pad without matrices. precision: the widest of its layers', 0 half, 1 single, 2 double, 3 bytes. corners: whether
+   loads are replaced by forces on the elements' corners. ends: coordinates of the element boundaries [m]. mirror:
+   whether the pad is symmetric under x -> -x and y -> -y. quadrant_signs (quadrants, classes): see
+   Pad::set_mirrors. */
 MJT_API mjt_pad* mjt_pad_new(int precision, int corners, size_t count_x, const double* ends_x, size_t count_y,
                              const double* ends_y, int mirror_x, int mirror_y, const double* quadrant_signs);
 /* The outer surface of a curved pad over a sheet (west, south, east, north) [m]. It is the upper half of

@@ -19,7 +19,8 @@ constexpr double kSteep = 1e-9;
 constexpr std::size_t kBuckets[] = {4, 6, 8, 12, 16, 24, 32, 48, 96};
 // Least number of buckets per cluster. More take longer to fill, and fewer have more triangles to test per point.
 constexpr std::size_t kBucketsEach = 4;
-// A mesh of more triangles than this has clusters of kTriangles triangles, or of more, so that there are about this many.
+// A mesh of more triangles than this has clusters of kTriangles triangles, or of more, so that there are about this
+// many.
 constexpr std::size_t kClusters = 12288;
 // Buckets along each side of the grid that thins candidates for a first touch.
 constexpr std::size_t kCandidates = 16;
