@@ -217,6 +217,20 @@ def test_heights_over_a_small_or_a_coarse_grid_are_those_of_the_reference(name, 
         assert found[np.isfinite(found)] == pytest.approx(expected[np.isfinite(found)], abs=1e-12)
 
 
+@pytest.mark.parametrize("name", ["box", "ball", "fine_ball"])
+def test_a_mesh_is_over_its_outermost_vertices(name, instruction_set):
+    """Its bounds are computed by kernels, vertices elsewhere: a point that is beyond by rounding is not beside it."""
+    mesh, _ = both(name)
+    part = Rectangle(-30e-3, -30e-3, 30e-3, 30e-3)
+    for seed in range(40):
+        pose = random_pose(seed)
+        vertices = pose.points(mesh.vertices)
+        outermost = vertices[[pick(vertices[:, axis]) for axis in (0, 1) for pick in (np.argmin, np.argmax)]]
+        # One by one, since points that are looked at together are set against all triangles near them.
+        found = [mesh.heights(pose, vertex[None, :2], part=part)[0][0] for vertex in outermost]
+        assert found == pytest.approx(outermost[:, 2], abs=1e-9)
+
+
 @pytest.mark.parametrize("name", SOLIDS)
 @settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 10**6), floor=st.sampled_from([-np.inf, -3e-3, 0.0]))

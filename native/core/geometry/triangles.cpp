@@ -362,7 +362,8 @@ void TriangleShadow::add_triangles(const MeshBox& box) {
   for (std::uint8_t k = 0; k < box.count; ++k) {
     if (std::isnan(blocks_.back().height[k])) continue;
     const Span x = {bounds.west[k], bounds.east[k]}, y = {bounds.south[k], bounds.north[k]};
-    clusters_.push_back({x, y, bounds.low[k], box.first + k, 1, block, k, {}, {}, is_inside(x, y), turns_up});
+    clusters_.push_back({widened(x), widened(y), bounds.low[k], box.first + k, 1, block, k, {}, {}, is_inside(x, y),
+                         turns_up});
   }
 }
 
@@ -387,6 +388,7 @@ const TriangleShadow::Cluster& TriangleShadow::placed(std::uint32_t number) cons
       cluster.low = std::min(cluster.low, bounds.low[k]);
     }
   }
+  cluster.x = widened(cluster.x), cluster.y = widened(cluster.y);
   return cluster;
 }
 

@@ -68,6 +68,9 @@ class TriangleShadow {
     std::size_t count() const { return (last[0] - first[0] + 1) * (last[1] - first[1] + 1); }
   };
   Span span(const MeshBox& box, int axis) const;
+  // Bounds that also hold points which are on them but for rounding. Vertices are placed here and by a kernel, whose
+  // rounding differs.
+  Span widened(const Span& bounds) const { return {bounds.low - slack_, bounds.high + slack_}; }
   bool is_beside(const MeshBox& box) const;
   bool may_face_down(const MeshBox& box) const;
   Span corner_span(std::uint32_t triangle, int axis, double corner[3][3]) const;
