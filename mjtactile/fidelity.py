@@ -144,7 +144,7 @@ class Fidelity:
         """Refuse what does not exist."""
         mesh_density(self.mesh)
         object.__setattr__(self, "precision", _by_layer("precision", self.precision, PRECISIONS))
-        if self.precision != "float64" and "float64" in self.precision:
+        if isinstance(self.precision, tuple) and "float64" in self.precision:
             raise PresetError(
                 f"precision = {self.precision}; expected 'float64' for all sensing layers or for none of them."
             )
@@ -176,8 +176,7 @@ class Fidelity:
     @property
     def widest_precision(self) -> str:
         """The widest of the layers' precisions."""
-        by_layer = (self.precision,) if isinstance(self.precision, str) else self.precision
-        return max(by_layer, key=PRECISIONS.index)
+        return max(_entries(self.precision), key=PRECISIONS.index)
 
 
 def by_layer_text(choice: str | tuple[str, ...]) -> str:
@@ -188,9 +187,14 @@ def by_layer_text(choice: str | tuple[str, ...]) -> str:
     return ", then ".join(one if count == 1 else f"{one} in {count} layers" for one, count in runs)
 
 
+def _entries(choice: str | Sequence[str]) -> tuple[str, ...]:
+    """The entries of a choice by sensing layer, from the top layer down."""
+    return (choice,) if isinstance(choice, str) else tuple(choice)
+
+
 def _at_layer(choice: str | tuple[str, ...], sensing_layer: int) -> str:
     """The choice for one sensing layer, counted from the top; the last one repeats."""
-    by_layer = (choice,) if isinstance(choice, str) else choice
+    by_layer = _entries(choice)
     return by_layer[min(sensing_layer, len(by_layer) - 1)]
 
 
@@ -200,7 +204,7 @@ def _by_layer(name: str, choice: str | Sequence[str], known: tuple[str, ...]) ->
     Raises:
         PresetError: there is none, or one does not exist.
     """
-    by_layer = [choice] if isinstance(choice, str) else list(choice)
+    by_layer = list(_entries(choice))
     for one in by_layer or [None]:
         if one not in known:
             raise PresetError(

@@ -404,12 +404,10 @@ void TriangleShadow::place(std::uint32_t first, std::uint32_t count) const {
   }
   blocks_.emplace_back();
   bounds_.emplace_back();
-  kernels().place_triangles(
-      corners[0][0], count, pose_.rotation, pose_.position,
-      {part_.west, part_.east, part_.south, part_.north, floor_, ceiling_, kSteep,
-       mesh_->closed ? 0.0 : kInfinite},
-      blocks_.back(),
-      bounds_.back());
+  const TriangleWindow window = {part_.west, part_.east, part_.south, part_.north,
+                                 floor_,     ceiling_,   kSteep,      mesh_->closed ? 0.0 : kInfinite};
+  kernels().place_triangles(corners[0][0], count, pose_.rotation, pose_.position, window, blocks_.back(),
+                            bounds_.back());
 }
 
 // Visit the placed triangles of a cluster that count: number of the block, place in it, and number in the mesh.

@@ -506,6 +506,19 @@ std::size_t select(const double* forces, const std::uint32_t* columns, std::size
   return kept;
 }
 
+// When a triangle counts: its least barycentric coordinate at the point, and its least height there.
+struct Counting {
+  double least, floor;
+};
+
+// The less of a height and that of a triangle over the same point, if it counts there. `s`, `t`: two of the point's
+// barycentric coordinates; `here`: the triangle's height.
+inline double lowered(double s, double t, double here, const Counting& counting, double height) {
+  const double rest = 1.0 - (s + t), less = s < t ? s : t, inside = less < rest ? less : rest;
+  const double lower = here < height ? here : height, within = inside >= counting.least ? lower : height;
+  return here >= counting.floor ? within : height;
+}
+
 inline void lower_by_triangle(const TriangleBlock& block, std::size_t k, double least, double floor,
                               const PointRows& points, double* heights) {
   constexpr std::size_t kAtOnce = 8;
@@ -520,10 +533,7 @@ inline void lower_by_triangle(const TriangleBlock& block, std::size_t k, double 
       for (std::size_t j = 0; j < kAtOnce; ++j) {
         const double s = second[0] * x[i + j] + second[1] * y[i + j] + second[2];
         const double t = third[0] * x[i + j] + third[1] * y[i + j] + third[2];
-        const double here = height + second_rise * s + third_rise * t, rest = 1.0 - (s + t);
-        const double less = s < t ? s : t, inside = less < rest ? less : rest, before = to[i + j];
-        const double lower = here < before ? here : before, within = inside >= least ? lower : before;
-        found[j] = here >= floor ? within : before;
+        found[j] = lowered(s, t, height + second_rise * s + third_rise * t, {least, floor}, to[i + j]);
       }
       std::memcpy(to + i, found, sizeof found);
     }
@@ -586,10 +596,8 @@ inline double lowest_of_triangles(const TriangleBlock& block, double x, double y
   for (std::size_t k = 0; k < kTriangles; ++k) {
     const double s = block.second[0][k] * x + block.second[1][k] * y + block.second[2][k];
     const double t = block.third[0][k] * x + block.third[1][k] * y + block.third[2][k];
-    const double here = block.height[k] + s * block.second_rise[k] + t * block.third_rise[k], rest = 1.0 - (s + t);
-    const double less = s < t ? s : t, inside = less < rest ? less : rest;
-    const double lower = here < height ? here : height, within = inside >= least ? lower : height;
-    found[k] = here >= floor ? within : height;
+    const double here = block.height[k] + s * block.second_rise[k] + t * block.third_rise[k];
+    found[k] = lowered(s, t, here, {least, floor}, height);
   }
   for (std::size_t half = kTriangles / 2; half > 0; half /= 2) {
     for (std::size_t k = 0; k < half; ++k) found[k] = found[k + half] < found[k] ? found[k + half] : found[k];
