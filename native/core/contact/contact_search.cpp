@@ -274,6 +274,14 @@ ContactSearch::Below ContactSearch::all_below(double level) const {
   return below;
 }
 
+// The same, with samples that are higher by rounding only. Rows of samples along an edge have equal heights, and a part
+// of a row has a longer perimeter than the whole row.
+ContactSearch::Below ContactSearch::all_up_to(double level) const {
+  Below below = all_below(level + same());
+  below.level = level;
+  return below;
+}
+
 // Find the level at which all parts together carry the load.
 void ContactSearch::set_level(const SearchLoad& load) {
   double deepest = 0.0, highest = 0.0;
@@ -293,6 +301,7 @@ void ContactSearch::set_level(const SearchLoad& load) {
   for (std::size_t k = 0; k < part_count_; ++k) {
     for (double& one : parts_[k].heights) one = levelled(one - deepest);
   }
+  highest = levelled(highest);
   level_ = loaded_ = level_for(load, 0.0, highest);
   if (all_below(level_).area < load.least_area) level_ = level_for(load, load.least_area, highest);
 }
@@ -304,10 +313,10 @@ double ContactSearch::level_for(const SearchLoad& load, double least_area, doubl
     return stiffness(below) * below.level >= load.force && below.area >= least_area;
   };
   if (!(highest > 0.0)) return 0.0;
-  Below low = all_below(0.0), high = all_below(highest);
+  Below low = all_up_to(0.0), high = all_up_to(highest);
   if (!carries(high)) return highest + same();
   for (int step = 0; step < kBisections && high.points > low.points + kFewSamples; ++step) {
-    const Below middle = all_below((low.level + high.level) / 2);
+    const Below middle = all_up_to((low.level + high.level) / 2);
     (carries(middle) ? high : low) = middle;
   }
   between_.clear();
@@ -319,7 +328,7 @@ double ContactSearch::level_for(const SearchLoad& load, double least_area, doubl
   std::sort(between_.begin(), between_.end());
   for (std::size_t first = 0, last = between_.size(); first < last;) {
     const std::size_t middle = (first + last) / 2;
-    const Below next = all_below(between_[middle]);
+    const Below next = all_up_to(between_[middle]);
     if (carries(next)) {
       high = next, last = middle;
     } else {

@@ -120,6 +120,7 @@ class ContactSearch {
   bool presses_above(const SpringFrame& frame, double highest) const;
   static void add_below(const Part& part, Below& below);
   Below all_below(double level) const;
+  Below all_up_to(double level) const;
   double level_for(const SearchLoad& load, double least_area, double highest);
   Region region_under(const Part& part, double level, double& area, std::size_t& count);
   Point point_of(const Part& part, std::size_t place) const;
