@@ -11,7 +11,7 @@ namespace mjtactile {
 namespace {
 
 // Limit on the multiplications in factorisations for one contact, which take some milliseconds.
-constexpr double kWork = 2e7;
+constexpr double kWork = 3e7;
 // Cells that press with less than this fraction of the largest force only touch. Rounding decides whether they press.
 constexpr double kTouches = 1e-9;
 

@@ -70,7 +70,7 @@ bool BondedContact::solve(const BondedProblem& problem, const std::uint8_t* star
 bool BondedContact::solve_on_pressed(const BondedProblem& problem, WorkLimit& limit) {
   hold_pressed(problem);
   const std::size_t size = unknowns_.size();
-  if (size == 0 || !limit.factorisation(size, factor_.known(unknowns_))) return false;
+  if (size == 0 || !limit.factorisation(size)) return false;
   if (!factor_.factor(problem.compliance, unknowns_)) return false;
   set_modes();
   set_right_sides();
