@@ -437,6 +437,25 @@ std::int32_t PatchFace::cell_at(std::size_t lattice, std::size_t column, std::si
   return column < own.columns && row < own.rows ? places_[firsts_[lattice] + row * own.columns + column] : kNone;
 }
 
+double PatchFace::roughness(const std::vector<std::uint8_t>& pressed, double most) const {
+  double squares = 0.0, area = 0.0;
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    const std::size_t lattice = cells_[i].lattice, columns = lattices_[lattice].columns;
+    const std::size_t column = cells_[i].place % columns, row = cells_[i].place / columns;
+    for (const std::int32_t place : {cell_at(lattice, column + 1, row), cell_at(lattice, column, row + 1)}) {
+      if (place < 0) continue;
+      const auto next = static_cast<std::size_t>(place);
+      if (!pressed[i] && !pressed[next]) continue;
+      const double x = face_.centroids[next].x - face_.centroids[i].x, y = face_.centroids[next].y - face_.centroids[i].y;
+      const double rise = ((gradients_[i].x + gradients_[next].x) * x + (gradients_[i].y + gradients_[next].y) * y) / 2;
+      const double apart = std::min(std::abs(heights_[next] - heights_[i] - rise), most);
+      const double share = face_.areas[i] + face_.areas[next];
+      squares += share * apart * apart, area += share;
+    }
+  }
+  return area > 0.0 ? std::sqrt(squares / area) : 0.0;
+}
+
 // Keep the rectangle that replaces a part within the sheet, because traction beyond the edge would be lost. The
 // rectangle is turned parallel to the edge, made as wide as there is room, and as long as its area needs.
 void PatchFace::keep_on(const Rectangle& sheet, const Point& middle, Cell& cell) {

@@ -67,6 +67,11 @@ constexpr double kNearly = 1.1;          // symmetric bodies may have this many 
 constexpr double kLeastCoarser = 1.25;   // least factor by which cells grow if there are too many,
 constexpr int kRounds = 10;              // and largest number of times
 constexpr double kMostSamples = 32.0;    // largest number of heights computed per cell
+// Contacts whose cells tell the body's shape badly are pressed on more of them, in proportion to their roughness.
+constexpr double kSmooth = 0.05;         // roughness over the depth of the contact up to which cells are fine enough
+constexpr double kWorthwhile = 1.1;      // least factor on their number
+constexpr double kMostFiner = 4.0;       // largest factor,
+constexpr double kManyFiner = 150.0;     // and number of cells beyond which there is none
 constexpr double kSpareArea = 3.0;       // area of the cells over the least area that bears the force at the strength
 
 // Tilts.
@@ -176,10 +181,33 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
     judge(problem, press(problem, looks.view), look + 2 < kLooks, looks);
   }
   settled_ = !looks.goes_on && looks.best_merit.missed == 0.0;
-  if (looks.last_is_best) return true;
-  std::swap(laid_, best_);
-  place(surface, workspace);
+  if (!looks.last_is_best) {
+    std::swap(laid_, best_);
+    place(surface, workspace);
+  }
+  const double finer = needs_finer(problem.options);
+  if (finer > 1.0) refine(problem, looks, finer);
   return true;
+}
+
+// Number of cells that the contact needs, over that asked for; 1 if its own are fine enough.
+double PatchPress::needs_finer(const LawOptions& options) const {
+  const double depth = laid_.contact.indentation();
+  if (!options.law->couples() || !laid_.contact.exact() || !(depth > 0.0)) return 1.0;
+  const double wanted = laid_.cells.roughness(laid_.contact.pressed(), depth) / (kSmooth * depth);
+  const double most = std::min(kMostFiner, kManyFiner / static_cast<double>(options.cells));
+  return wanted > kWorthwhile ? std::max(std::min(wanted, most), 1.0) : 1.0;
+}
+
+// Press the body on more cells, as the best look sees it. What was found stays if that finds no contact.
+void PatchPress::refine(const Problem& problem, const Looks& looks, double finer) {
+  Viewpoint view = looks.best;
+  view.finer = finer;
+  std::swap(laid_, best_);
+  if (!looks.last_is_best) find_spots(problem, view);
+  if (press(problem, view) && laid_.contact.exact()) return;
+  std::swap(laid_, best_);
+  place(problem.surface, problem.workspace);
 }
 
 SearchLoad PatchPress::load_of(const double* wrench, const ContactSurface& surface) {
@@ -192,7 +220,7 @@ SearchLoad PatchPress::load_of(const double* wrench, const ContactSurface& surfa
 }
 
 PatchPress::Viewpoint PatchPress::first_view(const Problem& problem) const {
-  Viewpoint view = {{{0.0, 0.0}, problem.load.through}, kHeightFactor, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0}};
+  Viewpoint view = {{{0.0, 0.0}, problem.load.through}, kHeightFactor, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0}, 1.0};
   if (problem.options.tilting) view.plane = first_plane(problem);
   return view;
 }
@@ -441,7 +469,7 @@ bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, 
                 highest + search_.same()};
   // Bent and open spots get more cells, and each spot gets its own. Laws without compliance get more cells as well,
   // because they are cheap.
-  const double cells = (options.law->shapes() ? 1.0 : kCheap) * static_cast<double>(options.cells);
+  const double cells = (options.law->shapes() ? view.finer : kCheap) * static_cast<double>(options.cells);
   double wanted = 0.0;
   for (const Spot& spot : spots_) {
     const double filled = spot.area / spot.region.area();

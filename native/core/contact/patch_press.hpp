@@ -64,6 +64,7 @@ class PatchPress {
     double least_height;    // cells are laid at least up to it, because lower ones ended too early; 0: not known [m]
     double spot_height;     // spots are gathered up to this height, from the last look; 0 if there was none [m]
     double last_tilt[2];    // tilt that the last look found, relative to its plane [-]; 0 if there was none
+    double finer;           // number of cells over that asked for [-]
 
     // Whether a look from here sees the same as one from another view.
     bool sees_as(const Viewpoint& other) const {
@@ -116,6 +117,8 @@ class PatchPress {
   void find_spots(const Problem& problem, const Viewpoint& view);
   bool press(const Problem& problem, const Viewpoint& view);
   void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
+  double needs_finer(const LawOptions& options) const;
+  void refine(const Problem& problem, const Looks& looks, double finer);
   double lifted(const double* slopes) const;
   // Whether all cells press, and the body has no other part over the sheet that could.
   bool presses_all() const;
