@@ -70,11 +70,7 @@ double GapMap::height(double x, double y) const {
   double lowest = kNowhere;
   for (std::size_t i = 0; i < count_; ++i) {
     const PlacedShape& shape = placed_[i];
-    if (shape.low()[2] >= lowest || x < shape.low()[0] || x > shape.high()[0] || y < shape.low()[1] ||
-        y > shape.high()[1]) {
-      continue;
-    }
-    lowest = std::min(lowest, shape.height(x, y, floor_));
+    if (shape.low()[2] < lowest) lowest = std::min(lowest, shape.height(x, y, floor_));
   }
   return lowest <= ceiling_ ? lowest : kNowhere;
 }

@@ -187,7 +187,9 @@ void PlacedShape::find_box() {
 }
 
 double PlacedShape::height(double x, double y, double floor) const {
+  // The box is no test for triangles: rounding would decide whether one of its corners is beside it.
   if (kind_ == ShapeKind::triangles) return shadow_.height(x, y, floor);
+  if (x < low_[0] || x > high_[0] || y < low_[1] || y > high_[1]) return kNowhere;
   const double found = entry(x, y);
   return found >= floor ? found : kNowhere;
 }
@@ -205,9 +207,7 @@ void PlacedShape::lower(const std::vector<Point>& points, double floor, double* 
   }
   if (kind_ == ShapeKind::triangles) return shadow_.lower(points, floor, heights);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Point& at = points[i];
-    if (low_[2] >= heights[i] || at.x < low_[0] || at.x > high_[0] || at.y < low_[1] || at.y > high_[1]) continue;
-    heights[i] = std::min(heights[i], height(at.x, at.y, floor));
+    if (low_[2] < heights[i]) heights[i] = std::min(heights[i], height(points[i].x, points[i].y, floor));
   }
 }
 
