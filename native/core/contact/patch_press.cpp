@@ -71,7 +71,8 @@ constexpr double kMostSamples = 32.0;    // largest number of heights computed p
 constexpr double kSmooth = 0.05;         // roughness over the depth of the contact up to which cells are fine enough
 constexpr double kWorthwhile = 1.1;      // least factor on their number
 constexpr double kMostFiner = 4.0;       // largest factor,
-constexpr double kManyFiner = 150.0;     // and number of cells beyond which there is none
+constexpr double kManyFiner = 150.0;     // and number of cells beyond which there is none;
+constexpr double kManySheared = 60.0;    // that number if shear is solved for as well
 constexpr double kSpareArea = 3.0;       // area of the cells over the least area that bears the force at the strength
 
 // Tilts.
@@ -195,7 +196,8 @@ double PatchPress::needs_finer(const LawOptions& options) const {
   const double depth = laid_.contact.indentation();
   if (!options.law->couples() || !laid_.contact.exact() || !(depth > 0.0)) return 1.0;
   const double wanted = laid_.cells.roughness(laid_.contact.pressed(), depth) / (kSmooth * depth);
-  const double most = std::min(kMostFiner, kManyFiner / static_cast<double>(options.cells));
+  const double many = options.tangential->couples() ? kManySheared : kManyFiner;
+  const double most = std::min(kMostFiner, many / static_cast<double>(options.cells));
   return wanted > kWorthwhile ? std::max(std::min(wanted, most), 1.0) : 1.0;
 }
 
