@@ -43,6 +43,7 @@ bool BondedContact::solve(const BondedProblem& problem, const std::uint8_t* star
   factor_.forget();
   pressed_.assign(start, start + count_);
   slips_.assign(count_, 0);
+  unchanged_ = -HUGE_VAL;
   seen_.clear();
   std::size_t fewest = count_ + 1;
   int patience = kPatience;
@@ -57,9 +58,11 @@ bool BondedContact::solve(const BondedProblem& problem, const std::uint8_t* star
     if (again) {
       let_slip();
     } else if (patience > 0) {
-      for (std::size_t i = 0; i < count_; ++i) pressed_[i] ^= violated_[i];
+      for (std::size_t i = 0; i < count_; ++i) {
+        if (violated_[i]) exchange(i);
+      }
     } else {
-      pressed_[last_violated()] ^= 1;
+      exchange(last_violated());
     }
   }
   return false;
@@ -70,8 +73,9 @@ bool BondedContact::solve(const BondedProblem& problem, const std::uint8_t* star
 bool BondedContact::solve_on_pressed(const BondedProblem& problem, WorkLimit& limit) {
   hold_pressed(problem);
   const std::size_t size = unknowns_.size();
-  if (size == 0 || !limit.factorisation(size)) return false;
+  if (size == 0 || !limit.factorisation(size, kept_unknowns())) return false;
   if (!factor_.factor(problem.compliance, unknowns_)) return false;
+  unchanged_ = HUGE_VAL;
   set_modes();
   set_right_sides();
   factor_.solve_forward(right_sides_);
@@ -106,6 +110,20 @@ void BondedContact::hold_pressed(const BondedProblem& problem) {
       unknowns_.push_back(a * problem.cells + problem.places[i]);
     }
   }
+}
+
+// Let a cell change between pressed and free.
+void BondedContact::exchange(std::size_t place) {
+  pressed_[place] ^= 1;
+  unchanged_ = std::min(unchanged_, heights_[place]);
+}
+
+// Number of first unknowns that are certainly those of the last factorisation, whatever the order of cells of equal
+// height.
+std::size_t BondedContact::kept_unknowns() const {
+  const auto changed = std::find_if(held_.begin(), held_.end(),
+                                    [this](const Held& one) { return heights_[one.place] >= unchanged_; });
+  return static_cast<std::size_t>(changed - held_.begin());
 }
 
 // Set the right sides: the rows of B^T, and -g.
@@ -209,7 +227,7 @@ std::size_t BondedContact::violations(const BondedProblem& problem) {
 // Let the violated cells press without shear. They would pull if they stuck, and overlap if they were free.
 void BondedContact::let_slip() {
   for (std::size_t i = 0; i < count_; ++i) {
-    if (violated_[i]) pressed_[i] ^= 1, slips_[i] = 1;
+    if (violated_[i]) exchange(i), slips_[i] = 1;
   }
   seen_.clear();
 }

@@ -44,6 +44,8 @@ class BondedContact {
   bool solve_on_pressed(const BondedProblem& problem, WorkLimit& limit);
   std::size_t violations(const BondedProblem& problem);
   void let_slip();
+  void exchange(std::size_t place);
+  std::size_t kept_unknowns() const;
   std::size_t last_violated() const;
   void hold_pressed(const BondedProblem& problem);
   void set_modes();
@@ -58,6 +60,7 @@ class BondedContact {
   bool tilting_ = true;
   double force_unit_ = 1.0;   // forces are divided by it in the linear system [N]
   double wanted_[kMotions] = {}, motion_[kMotions] = {};
+  double unchanged_ = 0.0;    // height below which no cell has changed since the last factorisation [m/N]
   double worst_ = 0.0;        // largest violation, over the largest force or separation [-]
   std::vector<double> heights_, forces_, held_forces_, separation_, all_forces_;
   std::vector<std::uint8_t> pressed_, slips_, violated_;
