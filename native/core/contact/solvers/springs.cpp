@@ -85,12 +85,18 @@ double SpringBed::residual() {
   return largest;
 }
 
-// One step of Newton's method from the motion of the last residual(). False if it cannot lower the energy.
+// One step from the motion of the last residual(). False if none lowers the energy.
 bool SpringBed::step() {
+  // Where few springs are elastic, because most yield or hang free, Newton's step may not lower the energy.
+  return step_with(elastic_) || step_with(*stiffness_);
+}
+
+// One step of Newton's method with these stiffnesses. False if it does not lower the energy.
+bool SpringBed::step_with(const std::vector<double>& stiffnesses) {
   double curvature[kMost * kMost], along[kMost] = {}, slope = 0.0;
-  const std::size_t cells = elastic_.size();
+  const std::size_t cells = stiffnesses.size();
   for (std::size_t m = 0; m < motions_; ++m) {
-    for (std::size_t i = 0; i < cells; ++i) weighted_[i] = elastic_[i] * modes_[m][i];
+    for (std::size_t i = 0; i < cells; ++i) weighted_[i] = stiffnesses[i] * modes_[m][i];
     for (std::size_t n = 0; n <= m; ++n) {
       curvature[m * motions_ + n] = curvature[n * motions_ + m] = dot(weighted_.data(), modes_[n], cells);
     }

@@ -29,6 +29,7 @@ class SpringBed {
   void press(const double* motion);
   double residual();
   bool step();
+  bool step_with(const std::vector<double>& stiffnesses);
   void step_with_open_tilt(const double* curvature, double* along) const;
   double line_search(const double* step, double slope);
 
