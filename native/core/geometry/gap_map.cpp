@@ -6,12 +6,14 @@
 namespace mjtactile {
 namespace {
 
-constexpr std::size_t kFewEdges = 32;
+// Largest number of sides of a convex face against which every point is tested.
+constexpr std::size_t kFewSides = 32;
 // Number of strips into which the edges of other outlines are sorted.
 constexpr std::size_t kStrips = 64;
 // Candidates at corners are moved inside the outline by these distances along an edge and across it, over its length.
 constexpr double kInside = 1e-9, kAcross = 1e-11;
-// Largest rounding error of a corner's distance to a side on which it lies, over the face's size.
+// Largest rounding error of a corner's distance to a side on which it lies, over the face's size, and of the face's
+// area, over its square.
 constexpr double kOnSide = 1e-12;
 // A direction is replaced by that of a side if it is within this angle [rad], and if sides of other directions are
 // farther off by the factor kClearly.
@@ -98,30 +100,28 @@ void FlatMap::place(const std::vector<Segment>& outline, const Rectangle& sheet)
   if (!convex_) fill_strips();
 }
 
-// Set the sides of a convex face. Consecutive edges on a straight line become one side. False if it is not convex.
+// Set the sides of a convex face of few sides. Consecutive edges on a straight line become one side. False if the face
+// is another one.
 bool FlatMap::set_sides() {
   sides_.clear();
-  // The test below compares all edges with all corners, so it is limited to few edges.
-  if (starts_.size() > kFewEdges) return false;
-  double size = 0.0;
-  for (const Point& corner : starts_) {
-    size = std::max(size, std::hypot(corner.x - starts_[0].x, corner.y - starts_[0].y));
+  const std::vector<Point> hull = convex_hull(starts_);
+  if (hull.size() < 3 || hull.size() > kFewSides) return false;
+  // Notches and holes are what the face's area lacks of its hull's.
+  const Point& first = starts_.front();
+  double size = 0.0, area = 0.0;
+  for (std::size_t i = 0; i < starts_.size(); ++i) {
+    size = std::max(size, std::hypot(starts_[i].x - first.x, starts_[i].y - first.y));
+    area += left_of(first, starts_[i], ends_[i]) / 2;
   }
-  const auto along = [&](const Point& from, const Point& to) -> Side {
+  for (std::size_t i = 2; i < hull.size(); ++i) area -= left_of(hull[0], hull[i - 1], hull[i]) / 2;
+  if (!(std::abs(area) <= kOnSide * size * size)) return false;
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const Point &from = hull[i], &to = hull[(i + 1) % hull.size()];
     const double length = std::hypot(to.x - from.x, to.y - from.y);
     const double x = (to.x - from.x) / length, y = (to.y - from.y) / length;
-    return {-y, x, x * from.y - y * from.x - kOnSide * size};
-  };
-  for (std::size_t i = 0; i < starts_.size(); ++i) {
-    if (starts_[i].x == ends_[i].x && starts_[i].y == ends_[i].y) continue;
-    const Side side = along(starts_[i], ends_[i]);
-    for (const Point& corner : starts_) {
-      if (side.inside(corner.x, corner.y) < 0.0) return false;
-    }
+    sides_.push_back({-y, x, x * from.y - y * from.x - kOnSide * size});
   }
-  const std::vector<Point> hull = convex_hull(starts_);
-  for (std::size_t i = 0; i < hull.size(); ++i) sides_.push_back(along(hull[i], hull[(i + 1) % hull.size()]));
-  return sides_.size() > 2;
+  return true;
 }
 
 void FlatMap::fill_strips() {
