@@ -84,26 +84,29 @@ def test_invariants_hold_on_random_scenes(name, exact_pads):
     assert found.compared >= 4 or "carried" not in scenes.ASKED, str(found)
 
 
-# 61: the search at the bound on pressure ended at its bound of rounds in one of the ways, 5 % from the other. 430031:
-# cells were as long as wide in one of the ways, and twice as long in the other, 1.4 % from each other. 431801: rounding
-# chose the bound at which a bisection of the level ended, 1.1e-6. 9300042: all cells bore what they can, and rounding
-# decided whether a contact without bounds was found, 3 %. 9500092: samples of a plate's edge lay on a line, and
-# rounding told the sides of their hull, 7e-5. 9900448: cells in a row seemed to carry a moment about it, 31 %. 10800310:
-# samples in a row along an edge had equal heights, of which a bisection took a part, 3e-5. 11000127: the rounding of a
-# flat face's heights set the size of its cells, 1e-6. 11100530: how much work was left for cells that stick depended on
-# their order, 13 %. 11301017: rounding told whether vertices were beside their mesh's own box, 0.2 %. 11500124: of a
-# bed of springs nearly all yielded, and rounding decided whether Newton's step went on, 0.1 %. 11600003: a strip of many
-# edges did not count as convex, and lines across cells missed it in one of the ways, 2e-5. The rest stand on their very
-# corner: springs left their tilt open, and rounding chose one, to 6e-4 of the readings.
-BOUNDED = (
-    *(61, 430031, 431801, 440016, 460344, 9300042, 9500092, 9900448),
-    *(10800310, 11000127, 11100530, 11301017, 11500124, 11600003),
-)
+_CORNER = "bodies on their very corner: springs left their tilt open, and rounding chose one, 6e-4"
+#: Scenes whose readings differed in one of the ways, by seed: why, and by how much.
+TURNED = {
+    61: "the search at the bound on pressure ended at its bound of rounds, 5 %",
+    430031: "cells were as long as wide in one of the ways, and twice as long in the other, 1.4 %",
+    431801: "rounding chose the bound at which a bisection of the level ended, 1.1e-6",
+    440016: _CORNER,
+    460344: _CORNER,
+    9300042: "all cells bore what they can; rounding decided whether a contact without bounds was found, 3 %",
+    9500092: "samples of a plate's edge lay on a line, and rounding told the sides of their hull, 7e-5",
+    9900448: "cells in a row seemed to carry a moment about it, 31 %",
+    10800310: "samples in a row along an edge had equal heights, of which a bisection took a part, 3e-5",
+    11000127: "the rounding of a flat face's heights set the size of its cells, 1e-6",
+    11100530: "how much work was left for cells that stick depended on their order, 13 %",
+    11301017: "rounding told whether vertices were beside their mesh's own box, 0.2 %",
+    11500124: "of a bed of springs nearly all yielded; rounding decided whether Newton's step went on, 0.1 %",
+    11600003: "a strip of many edges did not count as convex, and lines across its cells missed it, 2e-5",
+}
 
 
-@pytest.mark.parametrize("seed", BOUNDED)
+@pytest.mark.parametrize("seed", TURNED)
 @pytest.mark.parametrize("name", ["turned bodies turn readings", "mirrored bodies mirror readings"])
-def test_a_bounded_contact_ends_whichever_way_the_scene_is_turned(name, seed, exact_pads):
+def test_a_contact_is_the_same_whichever_way_the_scene_is_turned(name, seed, exact_pads):
     found = invariants.worst(name, [seed], exact_pads)
     assert found.deviation <= invariants.INVARIANTS[name][2], str(found)
     assert found.compared == 1, str(found)
