@@ -36,6 +36,8 @@ constexpr double kReached = 2.5;
 constexpr double kElongated = 1.503;
 // A load within this distance of a spring acts on it, over the length of the sampled area.
 constexpr double kOnSpring = 1e-6;
+// A load may pass beside the parts by this, over the extent: forces on the sheet's rim do by rounding.
+constexpr double kOnRim = 1e-9;
 // Springs are first laid under samples up to this height, over the level.
 constexpr double kLowSprings = 6.003;
 // Stiffness of the springs that resist any tilt, over that of the others; and the slope up to which they do.
@@ -472,7 +474,7 @@ bool ContactSearch::supported(const SearchLoad& load) const {
       }
     }
   }
-  return holds(convex_hull(std::move(corners)), load.through);
+  return holds(convex_hull(std::move(corners)), load.through, -kOnRim * extent());
 }
 
 std::vector<Point> ContactSearch::covered() const {

@@ -95,7 +95,7 @@ bool nearest_inside(const std::vector<Point>& polygon, const Point& point, doubl
 bool holds(const std::vector<Point>& outline, const Point& point, double margin) {
   for (std::size_t i = 0; i < outline.size(); ++i) {
     const Point &a = outline[i], &b = outline[(i + 1) % outline.size()];
-    const double least = margin > 0.0 ? margin * std::hypot(b.x - a.x, b.y - a.y) : 0.0;
+    const double least = margin != 0.0 ? margin * std::hypot(b.x - a.x, b.y - a.y) : 0.0;
     if (!(left_of(a, b, point) >= least)) return false;
   }
   return true;
