@@ -329,11 +329,11 @@ bool RigidContact::solve_pressed(const RigidProblem& problem) {
   double wanted[kMostMotions] = {};
   for (std::size_t m = 0; m < motions; ++m) wanted[m] = problem.resultants[m] + pressed_heights_[m];
   if (!invert_stiffness(wanted)) return false;
-  for (std::size_t m = 0; m < motions; ++m) {
-    motion_[m] = 0.0;
-    for (std::size_t n = 0; n < motions; ++n) motion_[m] += flexibility_[m][n] * wanted[n];
-    for (std::size_t a = 0; a < count; ++a) column_[a] += motion_[m] * modes_[m][a];
-  }
+  std::fill(motion_, motion_ + kMostMotions, 0.0);
+  add_motion(wanted);
+  // Cells nearly in a row hardly determine a tilt. Then the inverse is inexact, and the forces miss the resultants.
+  for (std::size_t m = 0; m < motions; ++m) wanted[m] = problem.resultants[m] - dot(modes_[m], column_.data(), count);
+  add_motion(wanted);
   factor_.solve_backward(column_.data());
   forces_.assign(problem.cells(), 0.0);
   for (std::size_t a = 0; a < count; ++a) forces_[places_[a]] = column_[a];
@@ -345,6 +345,16 @@ bool RigidContact::solve_pressed(const RigidProblem& problem) {
     }
   }
   return true;
+}
+
+// Add the motion under these resultants, and the forces with it.
+void RigidContact::add_motion(const double* resultants) {
+  for (std::size_t m = 0; m < motions_; ++m) {
+    double added = 0.0;
+    for (std::size_t n = 0; n < motions_; ++n) added += flexibility_[m][n] * resultants[n];
+    motion_[m] += added;
+    for (std::size_t a = 0; a < places_.size(); ++a) column_[a] += added * modes_[m][a];
+  }
 }
 
 // Factor the pressed cells' compliance, and compute what does not depend on the heights, unless both are known.

@@ -69,6 +69,7 @@ class RigidContact {
  private:
   bool exchange_from(const RigidProblem& problem, const std::uint8_t* start, std::size_t far_off);
   bool solve_pressed(const RigidProblem& problem);
+  void add_motion(const double* resultants);
   void set_springs(const RigidProblem& problem);
   void start_from_springs(const double* most);
   bool exchange_bounded(const RigidProblem& problem, const double* most);
