@@ -12,6 +12,8 @@ namespace {
 
 constexpr int kIterations = 40;
 constexpr double kTolerance = 1e-12;
+// Stiffness of the springs in turn, over their own, if no motion is found at once.
+constexpr double kSofter[] = {1e-3, 1e-2, 0.1, 1.0};
 // A tilt is open if its stiffness is below the fraction kOpen of all springs'. The body moves along an open tilt if the
 // load along it exceeds the fraction kLoaded of the force.
 constexpr double kOpen = 1e-12, kLoaded = 1e-10;
@@ -35,14 +37,32 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
   resultants_ = resultants;
   set_rows(modes, heights, most);
   begin();
-  press(motion_);
-  for (int iteration = 0; iteration < kIterations && residual() > kTolerance * resultants[0]; ++iteration) {
-    if (!step()) break;
+  bool balanced = settle();
+  if (!balanced && most != nullptr) {
+    // Where nearly all pressed springs yield, few resist and Newton's steps overshoot. Softer springs yield later, and
+    // the motion under them is a good beginning for those that are stiffer.
+    for (const double softer : kSofter) {
+      softened_.resize(stiffness.size());
+      for (std::size_t i = 0; i < stiffness.size(); ++i) softened_[i] = stiffness[i] * softer;
+      stiffness_ = &softened_;
+      if (softer == kSofter[0]) begin();
+      balanced = settle();
+    }
+    stiffness_ = &stiffness;
   }
   const std::size_t cells = stiffness.size();
   pressed_.resize(cells);
   for (std::size_t i = 0; i < cells; ++i) pressed_[i] = depths_[i] > 0.0 ? 1 : 0;
-  return residual() <= kBalanced * resultants[0];
+  return balanced;
+}
+
+// Step from the present motion until the springs carry the resultants. False if they do not.
+bool SpringBed::settle() {
+  press(motion_);
+  for (int iteration = 0; iteration < kIterations && residual() > kTolerance * resultants_[0]; ++iteration) {
+    if (!step()) break;
+  }
+  return residual() <= kBalanced * resultants_[0];
 }
 
 void SpringBed::set_rows(const double* modes, const double* heights, const double* most) {

@@ -26,6 +26,7 @@ class SpringBed {
   static constexpr std::size_t kMost = 3;   // motions
   void set_rows(const double* modes, const double* heights, const double* most);
   void begin();
+  bool settle();
   void press(const double* motion);
   double residual();
   bool step();
@@ -38,7 +39,7 @@ class SpringBed {
   std::size_t motions_ = 0;
   double total_ = 0.0, motion_[kMost] = {}, gradient_[kMost] = {};
   Matrix modes_;                                    // (kMost, cells), 0 for rows beyond motions_
-  std::vector<double> heights_, most_;
+  std::vector<double> heights_, most_, softened_;
   std::vector<double> depths_, forces_, elastic_;   // of each spring: depth [m], force [N], present stiffness [N/m]
   std::vector<double> rates_, weighted_;            // change of the depths along a step; scratch
   std::vector<std::uint8_t> pressed_;
