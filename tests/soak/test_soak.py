@@ -84,6 +84,7 @@ def test_invariants_hold_on_random_scenes(name, exact_pads):
     assert found.compared >= 4 or "carried" not in scenes.ASKED, str(found)
 
 
+_WAYS = ("turned", "mirrored", "moved")
 _CORNER = "bodies on their very corner: springs left their tilt open, and rounding chose one, 6e-4"
 #: Scenes whose readings differed in one of the ways, by seed: why, and by how much.
 TURNED = {
@@ -101,11 +102,15 @@ TURNED = {
     11301017: "rounding told whether vertices were beside their mesh's own box, 0.2 %",
     11500124: "of a bed of springs nearly all yielded; rounding decided whether Newton's step went on, 0.1 %",
     11600003: "a strip of many edges did not count as convex, and lines across its cells missed it, 2e-5",
+    11700970: "forces on cells nearly in a row missed the load by more than a contact may, in one of the ways, 0.1 %",
+    11701597: "the force is on the sheet's very rim; rounding told whether what ends there supports it, 12 %",
+    11800462: "of a bed of springs nearly all yielded; it settled in one of the ways only, 0.8 %",
+    11801123: "rounding told how many sides a convex face has, and so how its height is found, 1.1 %",
 }
 
 
 @pytest.mark.parametrize("seed", TURNED)
-@pytest.mark.parametrize("name", ["turned bodies turn readings", "mirrored bodies mirror readings"])
+@pytest.mark.parametrize("name", [name for name in invariants.INVARIANTS if name.split()[0] in _WAYS])
 def test_a_contact_is_the_same_whichever_way_the_scene_is_turned(name, seed, exact_pads):
     found = invariants.worst(name, [seed], exact_pads)
     assert found.deviation <= invariants.INVARIANTS[name][2], str(found)

@@ -6,15 +6,17 @@
 namespace mjtactile {
 namespace {
 
-// Largest number of sides of a convex face against which every point is tested.
-constexpr std::size_t kFewSides = 32;
+// Largest number of edges of a convex face against whose sides every point is tested. Edges are counted and not sides,
+// because rounding may make two sides of edges on a straight line.
+constexpr std::size_t kFewEdges = 64;
 // Number of strips into which the edges of other outlines are sorted.
 constexpr std::size_t kStrips = 64;
 // Candidates at corners are moved inside the outline by these distances along an edge and across it, over its length.
 constexpr double kInside = 1e-9, kAcross = 1e-11;
-// Largest rounding error of a corner's distance to a side on which it lies, over the face's size, and of the face's
-// area, over its square.
+// Largest rounding error of a corner's distance to a side on which it lies, over the face's size.
 constexpr double kOnSide = 1e-12;
+// Area of notches that do not count, over the square of the face's size. Corners of meshes may be off by 1e-12 m.
+constexpr double kNoNotch = 1e-9;
 // A direction is replaced by that of a side if it is within this angle [rad], and if sides of other directions are
 // farther off by the factor kClearly.
 constexpr double kNearSide = 0.05, kClearly = 1.5;
@@ -100,12 +102,13 @@ void FlatMap::place(const std::vector<Segment>& outline, const Rectangle& sheet)
   if (!convex_) fill_strips();
 }
 
-// Set the sides of a convex face of few sides. Consecutive edges on a straight line become one side. False if the face
+// Set the sides of a convex face of few edges. Consecutive edges on a straight line become one side. False if the face
 // is another one.
 bool FlatMap::set_sides() {
   sides_.clear();
+  if (starts_.size() > kFewEdges) return false;
   const std::vector<Point> hull = convex_hull(starts_);
-  if (hull.size() < 3 || hull.size() > kFewSides) return false;
+  if (hull.size() < 3) return false;
   // Notches and holes are what the face's area lacks of its hull's.
   const Point& first = starts_.front();
   double size = 0.0, area = 0.0;
@@ -114,7 +117,7 @@ bool FlatMap::set_sides() {
     area += left_of(first, starts_[i], ends_[i]) / 2;
   }
   for (std::size_t i = 2; i < hull.size(); ++i) area -= left_of(hull[0], hull[i - 1], hull[i]) / 2;
-  if (!(std::abs(area) <= kOnSide * size * size)) return false;
+  if (!(std::abs(area) <= kNoNotch * size * size)) return false;
   for (std::size_t i = 0; i < hull.size(); ++i) {
     const Point &from = hull[i], &to = hull[(i + 1) % hull.size()];
     const double length = std::hypot(to.x - from.x, to.y - from.y);
