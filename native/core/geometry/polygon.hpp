@@ -100,7 +100,7 @@ std::vector<Point> convex_hull(std::vector<Point> points);
 bool nearest_inside(const std::vector<Point>& polygon, const Point& point, double margin, Point& nearest);
 
 // Whether a point lies in a counter-clockwise convex polygon, at least `margin` [m] from its sides. Points on a side
-// count as inside if the margin is 0.
+// count as inside if the margin is 0, and those beside it by up to the margin if that is negative.
 bool holds(const std::vector<Point>& outline, const Point& point, double margin = 0.0);
 
 }  // namespace mjtactile
