@@ -70,6 +70,7 @@ constexpr double kMostSamples = 32.0;    // largest number of heights computed p
 // Contacts whose cells tell the body's shape badly are pressed on more of them, in proportion to their roughness.
 constexpr double kSmooth = 0.05;         // roughness over the depth of the contact up to which cells are fine enough
 constexpr double kWorthwhile = 1.1;      // least factor on their number
+constexpr double kMostPress = 0.35;      // least share of cells that press; if fewer do, more cells are mostly in vain
 constexpr double kMostFiner = 4.0;       // largest factor,
 constexpr double kManyFiner = 150.0;     // and number of cells beyond which there is none;
 constexpr double kManySheared = 60.0;    // that number if shear is solved for as well
@@ -186,7 +187,8 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
     std::swap(laid_, best_);
     place(surface, workspace);
   }
-  const double finer = needs_finer(problem.options);
+  // If the tilt has not settled, finer cells do not help.
+  const double finer = settled_ ? needs_finer(problem.options) : 1.0;
   if (finer > 1.0) refine(problem, looks, finer);
   return true;
 }
@@ -194,8 +196,11 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
 // Number of cells that the contact needs, over that asked for; 1 if its own are fine enough.
 double PatchPress::needs_finer(const LawOptions& options) const {
   const double depth = laid_.contact.indentation();
+  const auto& pressed = laid_.contact.pressed();
+  const auto pressing = static_cast<double>(std::count(pressed.begin(), pressed.end(), 1));
   if (!options.law->couples() || !laid_.contact.exact() || !(depth > 0.0)) return 1.0;
-  const double wanted = laid_.cells.roughness(laid_.contact.pressed(), depth) / (kSmooth * depth);
+  if (pressing < kMostPress * static_cast<double>(pressed.size())) return 1.0;
+  const double wanted = laid_.cells.roughness(pressed, depth) / (kSmooth * depth);
   const double many = options.tangential->couples() ? kManySheared : kManyFiner;
   const double most = std::min(kMostFiner, many / static_cast<double>(options.cells));
   return wanted > kWorthwhile ? std::max(std::min(wanted, most), 1.0) : 1.0;
