@@ -446,7 +446,8 @@ double PatchFace::roughness(const std::vector<std::uint8_t>& pressed, double mos
       if (place < 0) continue;
       const auto next = static_cast<std::size_t>(place);
       if (!pressed[i] && !pressed[next]) continue;
-      const double x = face_.centroids[next].x - face_.centroids[i].x, y = face_.centroids[next].y - face_.centroids[i].y;
+      const double x = face_.centroids[next].x - face_.centroids[i].x;
+      const double y = face_.centroids[next].y - face_.centroids[i].y;
       const double rise = ((gradients_[i].x + gradients_[next].x) * x + (gradients_[i].y + gradients_[next].y) * y) / 2;
       const double apart = std::min(std::abs(heights_[next] - heights_[i] - rise), most);
       const double share = face_.areas[i] + face_.areas[next];

@@ -61,8 +61,8 @@ class PatchFace {
   const std::vector<Point>& gradients() const { return gradients_; }
   // For each cell: whether it ends because the body rises beyond the limit, not because the body itself ends.
   const std::vector<std::uint8_t>& goes_on() const { return goes_on_; }
-  // How well the cells tell the body's shape: root mean square of what the heights and gradients of neighbours, of which
-  // one presses at least, disagree by [m]. They agree where the body is curved but smooth. `most`: the largest
+  // How badly the cells tell the body's shape: root mean square of what the heights and gradients of neighbours, of
+  // which one presses at least, disagree by [m]. They agree where the body is curved but smooth. `most`: the largest
   // disagreement that counts.
   double roughness(const std::vector<std::uint8_t>& pressed, double most) const;
 
