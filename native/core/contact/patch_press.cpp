@@ -183,13 +183,11 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
     judge(problem, press(problem, looks.view), look + 2 < kLooks, looks);
   }
   settled_ = !looks.goes_on && looks.best_merit.missed == 0.0;
-  if (!looks.last_is_best) {
-    std::swap(laid_, best_);
-    place(surface, workspace);
-  }
+  if (!looks.last_is_best) std::swap(laid_, best_);
   // If the tilt has not settled, finer cells do not help.
   const double finer = settled_ ? needs_finer(problem.options) : 1.0;
-  if (finer > 1.0) refine(problem, looks, finer);
+  const bool last_laid = finer > 1.0 ? refine(problem, looks, finer) : looks.last_is_best;
+  if (!last_laid) place(surface, workspace);  // the workspace has other cells
   return true;
 }
 
@@ -206,15 +204,15 @@ double PatchPress::needs_finer(const LawOptions& options) const {
   return wanted > kWorthwhile ? std::max(std::min(wanted, most), 1.0) : 1.0;
 }
 
-// Press the body on more cells, as the best look sees it. What was found stays if that finds no contact.
-void PatchPress::refine(const Problem& problem, const Looks& looks, double finer) {
+// Press the body on more cells, as the best look sees it. False if that finds no contact; what was found stays then.
+bool PatchPress::refine(const Problem& problem, const Looks& looks, double finer) {
   Viewpoint view = looks.best;
   view.finer = finer;
   std::swap(laid_, best_);
   if (!looks.last_is_best) find_spots(problem, view);
-  if (press(problem, view) && laid_.contact.exact()) return;
+  if (press(problem, view) && laid_.contact.exact()) return true;
   std::swap(laid_, best_);
-  place(problem.surface, problem.workspace);
+  return false;
 }
 
 SearchLoad PatchPress::load_of(const double* wrench, const ContactSurface& surface) {

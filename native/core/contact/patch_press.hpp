@@ -118,7 +118,7 @@ class PatchPress {
   bool press(const Problem& problem, const Viewpoint& view);
   void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
   double needs_finer(const LawOptions& options) const;
-  void refine(const Problem& problem, const Looks& looks, double finer);
+  bool refine(const Problem& problem, const Looks& looks, double finer);
   double lifted(const double* slopes) const;
   // Whether all cells press, and the body has no other part over the sheet that could.
   bool presses_all() const;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/outline.hpp"
+
 namespace mjtactile {
 namespace {
 
@@ -116,8 +118,7 @@ bool FlatMap::set_sides() {
     size = std::max(size, std::hypot(starts_[i].x - first.x, starts_[i].y - first.y));
     area += left_of(first, starts_[i], ends_[i]) / 2;
   }
-  for (std::size_t i = 2; i < hull.size(); ++i) area -= left_of(hull[0], hull[i - 1], hull[i]) / 2;
-  if (!(std::abs(area) <= kNoNotch * size * size)) return false;
+  if (!(std::abs(area - signed_area(hull)) <= kNoNotch * size * size)) return false;
   for (std::size_t i = 0; i < hull.size(); ++i) {
     const Point &from = hull[i], &to = hull[(i + 1) % hull.size()];
     const double length = std::hypot(to.x - from.x, to.y - from.y);
