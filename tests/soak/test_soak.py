@@ -145,6 +145,7 @@ STATES = {
     "a tilt that was too far is not tried again": (3300030, 71, 0, "balanced", 0.05),
     "a jagged edge gets more cells": (1900069, 111, 0, "fast", 0.15),
     "a torus on its side gets more cells": (8300005, 69, 0, "balanced", 0.08),
+    "a ball beside the pad whose flank overlaps the rim by 8 um does not press": (9100051, 68, 0, "fast", 0.04),
     "cells as long as a soft layer is thick are larger than the compliance's patches": (3300032, 143, 1, "fast", 0.06),
 }
 

@@ -41,6 +41,7 @@ struct SearchLoad {
   Point through;       // where its line of action meets the surface [m]
   double modulus;      // E* of a half space as compliant as the surface [Pa]
   double least_area;   // contact area that the force needs at least [m^2]
+  double narrowest;    // least width of a cell [m]
   double reach = 0.0;  // height up to which the body was found to touch [m]; 0 if not known
 };
 
@@ -107,8 +108,9 @@ class ContactSearch {
   Point grid_point(std::size_t sample) const;
   void offer(const Point& at, double height);
   void look_at_rim(const HeightMap& map);
-  void add_strips(const HeightMap& map, const Plane& plane);
-  double add_strip(const HeightMap& map, const Plane& plane, const RimSide& side, std::size_t first, std::size_t last);
+  void add_strips(const HeightMap& map, const Plane& plane, double sliver);
+  double add_strip(const HeightMap& map, const Plane& plane, const RimSide& side, std::size_t first, std::size_t last,
+                   double sliver);
   void set_heights(const Plane& plane);
   void flood(const SearchLoad& load);
   void connect();

@@ -221,6 +221,7 @@ SearchLoad PatchPress::load_of(const double* wrench, const ContactSurface& surfa
   load.through = centre_of_pressure(wrench);
   load.modulus = 1.0 / (kPi * surface.compliance.factor());
   load.least_area = surface.options.strength > 0.0 ? kSpareArea * load.force / surface.options.strength : 0.0;
+  load.narrowest = surface.options.narrowest;
   return load;
 }
 
