@@ -34,6 +34,8 @@ constexpr std::ptrdiff_t kEight = 8;
 // Up to this many entries in the buckets, each triangle is tested against all points. That is as fast as looking up the
 // bucket of each point.
 constexpr std::size_t kFewEntries = 64;
+// Eight points are looked up together if they lie over at most this many buckets.
+constexpr std::size_t kMostBuckets = 16;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 using Spot = std::array<double, 3>;
@@ -552,7 +554,8 @@ void TriangleShadow::lower(const std::vector<Point>& points, double floor, doubl
   // points, and looking up each point is cheaper.
   PointGrid grid;
   const bool few = entries_of(range) <= kFewEntries && points.size() >= std::size_t{kEight};
-  if (!few && (points.size() < range.count() || !grid.fit(points))) {
+  const bool singly = !few && (points.size() < range.count() || !grid.fit(points));
+  if (singly && fine_) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double found = height(points[i].x, points[i].y, floor);
       if (found < heights[i]) heights[i] = found;
@@ -566,6 +569,26 @@ void TriangleShadow::lower(const std::vector<Point>& points, double floor, doubl
   for (std::size_t i = 0; i < count; ++i) x[i] = points[i].x, y[i] = points[i].y;
   std::copy(heights, heights + count, lowest.begin());
   for (std::size_t i = count; i < room; ++i) x[i] = y[i] = 0.0, lowest[i] = -kInfinite;
+  if (singly) {
+    // Points that follow each other are mostly near each other.
+    for (std::size_t first = 0; first < count; first += kEight) {
+      const std::size_t end = std::min(count, first + std::size_t{kEight});
+      Rectangle box = kNoRectangle;
+      for (std::size_t i = first; i < end; ++i) box = around(box, {x[i], y[i], x[i], y[i]});
+      if (!buckets_over(box, range)) continue;
+      if (range.count() > kMostBuckets) {
+        for (std::size_t i = first; i < end; ++i) lowest[i] = std::min(lowest[i], height(x[i], y[i], floor));
+        continue;
+      }
+      const PointRows rows = {x.data() + first, y.data() + first, 1, end - first, end - first};
+      over(range, [&](std::uint32_t number) {
+        const Cluster& one = clusters_[number];
+        kernels().lower_by_triangle(blocks_[one.placed], one.lane, -kSeam, floor, rows, lowest.data() + first);
+      });
+    }
+    std::copy(lowest.begin(), lowest.end() - kEight, heights);
+    return;
+  }
   const auto any = [&](const Span& along, const Span& across, std::size_t from[2], std::size_t end[2]) {
     grid.find(along.low, along.high, across.low, across.high, from, end);
     return from[0] < end[0] && from[1] < end[1];
