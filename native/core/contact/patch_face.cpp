@@ -325,13 +325,13 @@ bool PatchFace::search_ends(const CutCell& cut, bool along, double line, double&
     const double u = along ? part : line, v = along ? line : part;
     return cut.lattice.at(cut.column + 0.5 + u, cut.row + 0.5 + v);
   };
-  const Point from = point(-0.5), to = point(0.5);
-  SegmentPart flat;
-  if (cut.view.map->flat_over(from, to, flat)) {
-    flat.keep_positive(cut.view.highest - seen_from(cut.view, from, 0.0),
-                       cut.view.highest - seen_from(cut.view, to, 0.0));
-    low = flat.low - 0.5, high = flat.high - 0.5;
-    return !flat.is_empty();
+  const Segment whole = {point(-0.5), point(0.5)};
+  const double plane[2] = {cut.view.highest - seen_from(cut.view, whole.start, 0.0),
+                           cut.view.highest - seen_from(cut.view, whole.end, 0.0)};
+  SegmentPart below;
+  if (cut.view.map->part_below(whole, plane, below)) {
+    low = below.low - 0.5, high = below.high - 0.5;
+    return !below.is_empty();
   }
   const auto above = [&](double part) { return seen(cut.view, point(part)) - cut.view.highest; };
   double heights[kSteps + 1];

@@ -55,7 +55,9 @@ constexpr double kOtherPart = 2.0;       // other parts of the body begin outsid
 
 // Number of cells.
 constexpr double kMostCells = 2.0;       // largest number is this times the number asked for,
-constexpr std::size_t kMoreCells = 24;   // plus this
+constexpr double kMoreCells = 24.0;      // plus this
+constexpr double kMostCompact = 1.5;     // a compact spot gets at most this many times the number asked for, or
+                                         // kMoreCells more: its cells are much alike, and others add little
 constexpr double kCheap = 2.0;           // factor on the wanted number under laws without compliance
 constexpr double kFilled = 0.7;          // spots that fill less than this of their rectangle get more cells,
 constexpr double kMostFilling = 3.0;     // up to this factor
@@ -481,7 +483,10 @@ bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, 
     const double filled = spot.area / spot.region.area();
     wanted += cells * std::min(std::max(kFilled / filled, 1.0), kMostFilling);
   }
-  const double most = kMostCells * cells + static_cast<double>(kMoreCells);
+  double most = kMostCells * cells + kMoreCells;
+  if (options.law->couples() && search_.level() > 0.0 && compact(options)) {
+    most = std::min(most, std::max(kMostCompact * cells, cells + kMoreCells));
+  }
   wanted = std::min(wanted, most);
   set_regions();
   double coarser = 1.0;

@@ -37,6 +37,14 @@ void clip(const std::vector<Point>& points, const Rectangle& to_sheet, double to
   }
 }
 
+void keep_within(const Rectangle& sheet, const Segment& line, SegmentPart& part) {
+  const auto& [from, to] = line;
+  part.keep_positive(from.x - sheet.west, to.x - sheet.west);
+  part.keep_positive(sheet.east - from.x, sheet.east - to.x);
+  part.keep_positive(from.y - sheet.south, to.y - sheet.south);
+  part.keep_positive(sheet.north - from.y, sheet.north - to.y);
+}
+
 }  // namespace
 
 bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rectangle& sheet,
@@ -64,6 +72,15 @@ bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rec
   }
   bounds_ = common(whole_, sheet);
   return count_ > 0;
+}
+
+bool GapMap::part_below(const Segment& line, const double (&plane)[2], SegmentPart& part) const {
+  if (count_ != 1 || !placed_.front().is_box_above(floor_)) return false;
+  part = {};
+  keep_within(sheet_, line, part);
+  placed_.front().keep_below(line, plane, part);
+  placed_.front().keep_below(line, {ceiling_, ceiling_}, part);
+  return true;
 }
 
 bool GapMap::left_out_below(const InclinedPlane& plane) {
@@ -169,14 +186,13 @@ void FlatMap::heights(const std::vector<Point>& points, std::vector<double>& to)
   clip(points, sheet_, 0.0, heights);
 }
 
-bool FlatMap::flat_over(const Point& from, const Point& to, SegmentPart& part) const {
+bool FlatMap::part_below(const Segment& line, const double (&plane)[2], SegmentPart& part) const {
   if (!convex_) return false;
+  const auto& [from, to] = line;
   part = {};
   for (const Side& side : sides_) part.keep_positive(side.inside(from.x, from.y), side.inside(to.x, to.y));
-  part.keep_positive(from.x - sheet_.west, to.x - sheet_.west);
-  part.keep_positive(sheet_.east - from.x, sheet_.east - to.x);
-  part.keep_positive(from.y - sheet_.south, to.y - sheet_.south);
-  part.keep_positive(sheet_.north - from.y, sheet_.north - to.y);
+  keep_within(sheet_, line, part);
+  part.keep_positive(plane[0], plane[1]);
   return true;
 }
 

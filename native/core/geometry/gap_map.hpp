@@ -22,6 +22,8 @@ class GapMap : public HeightMap {
   Rectangle bounds() const override { return bounds_; }
   Rectangle whole() const override { return whole_; }
   const std::vector<Point>& candidates() const override { return candidates_; }
+  // Known for a single box.
+  bool part_below(const Segment& line, const double (&plane)[2], SegmentPart& part) const override;
   // Whether parts of meshes over the sheet that were left out, because they are beyond the range's reach, come below a
   // plane.
   bool left_out_below(const InclinedPlane& plane);
@@ -42,7 +44,8 @@ class FlatMap : public HeightMap {
 
   double height(double x, double y) const override;
   void heights(const std::vector<Point>& points, std::vector<double>& to) const override;
-  bool flat_over(const Point& from, const Point& to, SegmentPart& part) const override;
+  // Known for a convex face.
+  bool part_below(const Segment& line, const double (&plane)[2], SegmentPart& part) const override;
   double straightened(double angle) const override;
   Rectangle bounds() const override { return bounds_; }
   const std::vector<Point>& candidates() const override { return candidates_; }

@@ -243,6 +243,32 @@ double PlacedShape::entry(double at_x, double at_y) const {
   }
 }
 
+// Over each point the box is where all its slabs are. So its lower surface is the highest lower side of its slabs, and it
+// exists where that is no higher than any upper side.
+void PlacedShape::keep_below(const Segment& line, const double (&plane)[2], SegmentPart& part) const {
+  double middles[3][2];
+  for (int k = 0; k < 3; ++k) {
+    for (int end = 0; end < 2; ++end) {
+      const Point& at = end == 0 ? line.start : line.end;
+      middles[k][end] = slabs_[k].slope[0] * (at.x - pose_.position[0]) + slabs_[k].slope[1] * (at.y - pose_.position[1]);
+    }
+  }
+  for (int k = 0; k < 3; ++k) {
+    const double *middle = middles[k], reach = slabs_[k].reach;
+    if (slabs_[k].upright) {
+      part.keep_positive(reach - middle[0], reach - middle[1]);
+      part.keep_positive(reach + middle[0], reach + middle[1]);
+      continue;
+    }
+    const double lower[2] = {middle[0] - reach, middle[1] - reach};
+    part.keep_positive(plane[0] - pose_.position[2] - lower[0], plane[1] - pose_.position[2] - lower[1]);
+    for (int j = 0; j < 3; ++j) {
+      if (j == k || slabs_[j].upright) continue;
+      part.keep_positive(middles[j][0] + slabs_[j].reach - lower[0], middles[j][1] + slabs_[j].reach - lower[1]);
+    }
+  }
+}
+
 void PlacedShape::add_bottoms(std::vector<Point>& points) {
   const double* up = pose_.rotation + 6;  // the pad's normal in the shape's frame
   double local[3] = {};

@@ -42,6 +42,10 @@ class PlacedShape {
   double height(double x, double y, double floor) const;
   // Lower each of the given heights (points) [m] to that of this shape over the same point, if that is less.
   void lower(const std::vector<Point>& points, double floor, double* heights) const;
+  // Whether the shape is a box, no part of which is below the floor.
+  bool is_box_above(double floor) const { return kind_ == ShapeKind::box && low_[2] >= floor; }
+  // Restrict a part of a segment to where a box is no higher than a plane, given its heights at the segment's ends [m].
+  void keep_below(const Segment& line, const double (&plane)[2], SegmentPart& part) const;
   // Lower and upper corner (3) of the bounding box in the pad frame [m]; infinite for a half space.
   const double* low() const { return low_; }
   const double* high() const { return high_; }
