@@ -243,14 +243,15 @@ double PlacedShape::entry(double at_x, double at_y) const {
   }
 }
 
-// Over each point the box is where all its slabs are. So its lower surface is the highest lower side of its slabs, and it
-// exists where that is no higher than any upper side.
+// Over each point the box is where all its slabs are. So its lower surface is the highest lower side of its slabs, and
+// it exists where that is no higher than any upper side.
 void PlacedShape::keep_below(const Segment& line, const double (&plane)[2], SegmentPart& part) const {
   double middles[3][2];
   for (int k = 0; k < 3; ++k) {
     for (int end = 0; end < 2; ++end) {
       const Point& at = end == 0 ? line.start : line.end;
-      middles[k][end] = slabs_[k].slope[0] * (at.x - pose_.position[0]) + slabs_[k].slope[1] * (at.y - pose_.position[1]);
+      const double x = at.x - pose_.position[0], y = at.y - pose_.position[1];
+      middles[k][end] = slabs_[k].slope[0] * x + slabs_[k].slope[1] * y;
     }
   }
   for (int k = 0; k < 3; ++k) {
