@@ -328,10 +328,10 @@ bool PatchFace::search_ends(const CutCell& cut, bool along, double line, double&
   const Segment whole = {point(-0.5), point(0.5)};
   const double plane[2] = {cut.view.highest - seen_from(cut.view, whole.start, 0.0),
                            cut.view.highest - seen_from(cut.view, whole.end, 0.0)};
-  SegmentPart below;
-  if (cut.view.map->part_below(whole, plane, below)) {
-    low = below.low - 0.5, high = below.high - 0.5;
-    return !below.is_empty();
+  SegmentPart found;
+  if (cut.view.map->part_below(whole, plane, found)) {
+    low = found.low - 0.5, high = found.high - 0.5;
+    return !found.is_empty();
   }
   const auto above = [&](double part) { return seen(cut.view, point(part)) - cut.view.highest; };
   double heights[kSteps + 1];

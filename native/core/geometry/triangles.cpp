@@ -30,7 +30,6 @@ constexpr double kLevel = 1e-12;
 constexpr double kHidden = 1e-7;
 // Rounding of a box's place, relative to the mesh's size and its distance from the pad's origin.
 constexpr double kRounding = 1e-14;
-constexpr std::ptrdiff_t kEight = 8;
 // Up to this many entries in the buckets, each triangle is tested against all points. That is as fast as looking up the
 // bucket of each point.
 constexpr std::size_t kFewEntries = 64;
@@ -474,6 +473,19 @@ void TriangleShadow::fill_buckets() {
   }
 }
 
+// The kernel processes eight points at once. At the end of a row, it continues into the next row or the padding.
+void TriangleShadow::PaddedPoints::set(const std::vector<Point>& points, const double* given) {
+  const std::size_t count = points.size(), room = count + std::size_t{kEight};
+  x.resize(room), y.resize(room), heights.resize(room);
+  for (std::size_t i = 0; i < count; ++i) x[i] = points[i].x, y[i] = points[i].y;
+  std::copy(given, given + count, heights.begin());
+  for (std::size_t i = count; i < room; ++i) x[i] = y[i] = 0.0, heights[i] = -kInfinite;
+}
+
+PointRows TriangleShadow::PaddedPoints::row(std::size_t from, std::size_t end) const {
+  return {x.data() + from, y.data() + from, 1, end - from, end - from};
+}
+
 double TriangleShadow::height(double x, double y, double floor) const {
   double lowest = kInfinite;
   if (!grid_.holds(x, y)) return lowest;
@@ -554,39 +566,18 @@ void TriangleShadow::lower(const std::vector<Point>& points, double floor, doubl
   // points, and looking up each point is cheaper.
   PointGrid grid;
   const bool few = entries_of(range) <= kFewEntries && points.size() >= std::size_t{kEight};
-  const bool singly = !few && (points.size() < range.count() || !grid.fit(points));
-  if (singly && fine_) {
+  const bool apart = !few && (points.size() < range.count() || !grid.fit(points));
+  if (apart && fine_) {
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const double found = height(points[i].x, points[i].y, floor);
-      if (found < heights[i]) heights[i] = found;
+      heights[i] = std::min(heights[i], height(points[i].x, points[i].y, floor));
     }
     return;
   }
-  static thread_local std::vector<double> x, y, lowest;  // kept between calls so that a step allocates nothing
-  // The kernel processes eight points at once. At the end of a row, it continues into the next row or the padding.
-  const std::size_t count = points.size(), room = count + std::size_t{kEight};
-  x.resize(room), y.resize(room), lowest.resize(room);
-  for (std::size_t i = 0; i < count; ++i) x[i] = points[i].x, y[i] = points[i].y;
-  std::copy(heights, heights + count, lowest.begin());
-  for (std::size_t i = count; i < room; ++i) x[i] = y[i] = 0.0, lowest[i] = -kInfinite;
-  if (singly) {
-    // Points that follow each other are mostly near each other.
-    for (std::size_t first = 0; first < count; first += kEight) {
-      const std::size_t end = std::min(count, first + std::size_t{kEight});
-      Rectangle box = kNoRectangle;
-      for (std::size_t i = first; i < end; ++i) box = around(box, {x[i], y[i], x[i], y[i]});
-      if (!buckets_over(box, range)) continue;
-      if (range.count() > kMostBuckets) {
-        for (std::size_t i = first; i < end; ++i) lowest[i] = std::min(lowest[i], height(x[i], y[i], floor));
-        continue;
-      }
-      const PointRows rows = {x.data() + first, y.data() + first, 1, end - first, end - first};
-      over(range, [&](std::uint32_t number) {
-        const Cluster& one = clusters_[number];
-        kernels().lower_by_triangle(blocks_[one.placed], one.lane, -kSeam, floor, rows, lowest.data() + first);
-      });
-    }
-    std::copy(lowest.begin(), lowest.end() - kEight, heights);
+  static thread_local PaddedPoints padded;  // kept between calls so that a step allocates nothing
+  padded.set(points, heights);
+  if (apart) {
+    lower_by_eights(floor, padded);
+    std::copy(padded.heights.begin(), padded.heights.end() - kEight, heights);
     return;
   }
   const auto any = [&](const Span& along, const Span& across, std::size_t from[2], std::size_t end[2]) {
@@ -597,18 +588,41 @@ void TriangleShadow::lower(const std::vector<Point>& points, double floor, doubl
     std::size_t from[2], end[2];
     if (!few && fine_ && !any(clusters_[number].x, clusters_[number].y, from, end)) return;
     each_triangle(placed(number), [&](std::size_t block, std::size_t k, std::uint32_t) {
-      PointRows rows = {x.data(), y.data(), 1, count, count};
+      PointRows rows = padded.row(0, points.size());
       std::size_t at = 0;
       if (!few) {
         const TriangleBounds& bounds = bounds_[block];
         if (!any({bounds.west[k], bounds.east[k]}, {bounds.south[k], bounds.north[k]}, from, end)) return;
         at = from[1] * grid.counts[0] + from[0];
-        rows = {x.data() + at, y.data() + at, end[1] - from[1], end[0] - from[0], grid.counts[0]};
+        rows = {padded.x.data() + at, padded.y.data() + at, end[1] - from[1], end[0] - from[0], grid.counts[0]};
       }
-      kernels().lower_by_triangle(blocks_[block], k, -kSeam, floor, rows, lowest.data() + at);
+      kernels().lower_by_triangle(blocks_[block], k, -kSeam, floor, rows, padded.heights.data() + at);
     });
   });
-  std::copy(lowest.begin(), lowest.end() - kEight, heights);
+  std::copy(padded.heights.begin(), padded.heights.end() - kEight, heights);
+}
+
+// Lower the heights of points eight at a time, because those that follow each other are mostly near each other. For
+// meshes whose clusters are single triangles.
+void TriangleShadow::lower_by_eights(double floor, PaddedPoints& points) const {
+  BucketRange range;
+  for (std::size_t first = 0; first < points.count(); first += kEight) {
+    const std::size_t end = std::min(points.count(), first + std::size_t{kEight});
+    Rectangle box = kNoRectangle;
+    for (std::size_t i = first; i < end; ++i) box = around(box, {points.x[i], points.y[i], points.x[i], points.y[i]});
+    if (!buckets_over(box, range)) continue;
+    if (range.count() > kMostBuckets) {
+      for (std::size_t i = first; i < end; ++i) {
+        points.heights[i] = std::min(points.heights[i], height(points.x[i], points.y[i], floor));
+      }
+      continue;
+    }
+    over(range, [&](std::uint32_t number) {
+      const Cluster& one = clusters_[number];
+      kernels().lower_by_triangle(blocks_[one.placed], one.lane, -kSeam, floor, points.row(first, end),
+                                  points.heights.data() + first);
+    });
+  }
 }
 
 void TriangleShadow::bottoms(std::vector<std::array<double, 3>>& points) {

@@ -47,6 +47,7 @@ class TriangleShadow {
 
  private:
   static constexpr std::size_t kFinest = 96;  // finest buckets along each side
+  static constexpr std::ptrdiff_t kEight = 8;   // points that a kernel processes at once
   struct Span {
     double low, high;
   };
@@ -66,6 +67,13 @@ class TriangleShadow {
   struct BucketRange {               // columns and rows of buckets
     std::size_t first[2], last[2];
     std::size_t count() const { return (last[0] - first[0] + 1) * (last[1] - first[1] + 1); }
+  };
+  struct PaddedPoints {   // points and heights over them, followed by eight more
+    std::vector<double> x, y, heights;
+
+    void set(const std::vector<Point>& points, const double* given);
+    std::size_t count() const { return x.size() - std::size_t{kEight}; }
+    PointRows row(std::size_t from, std::size_t end) const;
   };
   Span span(const MeshBox& box, int axis) const;
   // Bounds that also hold points which are on them but for rounding. Vertices are placed here and by a kernel, whose
@@ -99,6 +107,7 @@ class TriangleShadow {
   std::uint8_t finest_bucket(double at, std::size_t axis) const;
   // The buckets that hold all triangles over a rectangle. False if there are none.
   bool buckets_over(const Rectangle& box, BucketRange& range) const;
+  void lower_by_eights(double floor, PaddedPoints& points) const;
   std::size_t entries_of(const BucketRange& range) const;   // clusters, in every bucket that they meet
   template <typename Visit>
   void over(const BucketRange& range, Visit&& visit) const;
