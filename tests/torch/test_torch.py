@@ -21,7 +21,7 @@ from small_pads import COARSE, LAYERED_PAD, in_double_precision
 from mjtactile import Footprint, Pad, contact_load, indenter_outline, influence_matrices, register_pad
 from mjtactile.errors import InfluenceError, PadError, PresetError, SceneError, StaleInfluenceError
 from mjtactile.fem.surface_grid import oriented_edges
-from mjtactile.fidelity import Fidelity
+from mjtactile.fidelity import PRESETS, Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.torch import PadModel
@@ -356,4 +356,5 @@ def test_the_page_finds_what_it_says_it_finds():
     assert torch.allclose(names["found"][:3], torch.tensor([0.12, -0.05, -0.8]), atol=1e-4)
     assert torch.allclose(names["found"][3:], torch.tensor([-0.8 * 0.4e-3, 0.8e-3, -9.8e-5]), atol=1e-6)
     assert names["pressing"] == pytest.approx(0.8, rel=0.03)
-    assert len(re.findall(r"\| \*?\*?(?:fast|balanced|precise|accurate)", PAGE.read_text())) == 4
+    tables = re.findall(r"<!-- bench torch \w+ -->\n(.*?)<!-- end -->", PAGE.read_text(), flags=re.DOTALL)
+    assert [re.findall(r"^\| (\w+) \| [\d.]", table, flags=re.MULTILINE) for table in tables] == [list(PRESETS)] * 2
