@@ -79,6 +79,10 @@ void PatchFace::clear() {
   places_.clear();
   nodes_.clear();
   sounded_ = 0;
+  clear_cells();
+}
+
+void PatchFace::clear_cells() {
   cells_.clear();
   heights_.clear();
   gradients_.clear();
@@ -176,6 +180,73 @@ void PatchFace::settle(const std::vector<Region>& regions) {
   }
   for (const std::size_t place : twice_) places_[place] = kNone;
   sounded_ -= twice_.size();
+}
+
+void PatchFace::split(const std::vector<std::uint8_t>& chosen, const HeightWindow& view, double narrowest,
+                      std::vector<std::size_t>& from) {
+  whole_cells_ = cells_, numbers_ = places_;
+  split_.clear();
+  std::fill(places_.begin(), places_.end(), kNone);
+  for (const Cell& cell : whole_cells_) places_[firsts_[cell.lattice] + cell.place] = kSounded;
+  const std::size_t count = lattices_.size();
+  for (std::size_t number = 0; number < count; ++number) {
+    if (lattices_[number].width() >= 2.0 * narrowest) sound_parts(number, chosen, view);
+  }
+  clear_cells();
+  lay(view);
+  from.clear();
+  for (const Cell& cell : cells_) {
+    std::size_t lattice = cell.lattice, place = cell.place;
+    if (lattice >= count) {
+      const std::size_t columns = lattices_[lattice].columns;
+      place = (place / columns / 2) * (columns / 2) + place % columns / 2;
+      lattice = split_[lattice - count];
+    }
+    from.push_back(static_cast<std::size_t>(numbers_[firsts_[lattice] + place]));
+  }
+}
+
+// Add a lattice of cells half as long and wide as those of another one, and count its cells in place of the chosen ones
+// of that lattice.
+void PatchFace::sound_parts(std::size_t number, const std::vector<std::uint8_t>& chosen, const HeightWindow& view) {
+  const auto each_chosen = [&](auto&& visit) {
+    for (std::size_t i = 0; i < whole_cells_.size(); ++i) {
+      if (chosen[i] && whole_cells_[i].lattice == number) visit(whole_cells_[i].place);
+    }
+  };
+  const std::size_t columns = lattices_[number].columns, across = 4 * columns + 1;
+  wanted_.clear();
+  each_chosen([&](std::size_t place) {
+    const std::size_t corner = 4 * (place / columns) * across + 4 * (place % columns);
+    for (std::size_t k = 0; k < 25; ++k) wanted_.push_back(corner + k / 5 * across + k % 5);
+  });
+  if (wanted_.empty()) return;
+  std::sort(wanted_.begin(), wanted_.end());
+  wanted_.erase(std::unique(wanted_.begin(), wanted_.end()), wanted_.end());
+  Lattice finer = lattices_[number];
+  finer.size /= 2, finer.columns *= 2, finer.rows *= 2;
+  const std::size_t own = lattices_.size(), first = places_.size(), first_node = nodes_.size();
+  split_.push_back(number);
+  lattices_.push_back(finer);
+  firsts_.push_back(first);
+  first_nodes_.push_back(first_node);
+  places_.resize(first + finer.cells(), kNone);
+  nodes_.resize(first_node + across * (2 * finer.rows + 1), kNowhere);
+  points_.clear();
+  for (const std::size_t node : wanted_) {
+    points_.push_back(finer.at(static_cast<double>(node % across) / 2, static_cast<double>(node / across) / 2));
+  }
+  view.map->heights(points_, found_);
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    nodes_[first_node + wanted_[i]] = seen_from(view, points_[i], found_[i]) - view.highest;
+  }
+  each_chosen([&](std::size_t place) {
+    places_[firsts_[number] + place] = kNone;
+    const std::size_t corner = 2 * (place / columns) * finer.columns + 2 * (place % columns);
+    for (const std::size_t part : {corner, corner + 1, corner + finer.columns, corner + finer.columns + 1}) {
+      if (nodes_of(own, part).under > 0) places_[first + part] = kSounded;
+    }
+  });
 }
 
 PatchFace::Nodes PatchFace::nodes_of(std::size_t number, std::size_t place) const {
@@ -437,8 +508,10 @@ std::int32_t PatchFace::cell_at(std::size_t lattice, std::size_t column, std::si
   return column < own.columns && row < own.rows ? places_[firsts_[lattice] + row * own.columns + column] : kNone;
 }
 
-double PatchFace::roughness(const std::vector<std::uint8_t>& pressed, double most) const {
-  double squares = 0.0, area = 0.0;
+// Visit all pairs of neighbours in a lattice of which one presses at least, with what their heights and gradients
+// disagree by [m].
+template <typename Visit>
+void PatchFace::each_pair(const std::vector<std::uint8_t>& pressed, Visit&& visit) const {
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     const std::size_t lattice = cells_[i].lattice, columns = lattices_[lattice].columns;
     const std::size_t column = cells_[i].place % columns, row = cells_[i].place / columns;
@@ -449,12 +522,39 @@ double PatchFace::roughness(const std::vector<std::uint8_t>& pressed, double mos
       const double x = face_.centroids[next].x - face_.centroids[i].x;
       const double y = face_.centroids[next].y - face_.centroids[i].y;
       const double rise = ((gradients_[i].x + gradients_[next].x) * x + (gradients_[i].y + gradients_[next].y) * y) / 2;
-      const double apart = std::min(std::abs(heights_[next] - heights_[i] - rise), most);
-      const double share = face_.areas[i] + face_.areas[next];
-      squares += share * apart * apart, area += share;
+      visit(i, next, std::abs(heights_[next] - heights_[i] - rise));
     }
   }
+}
+
+double PatchFace::roughness(const std::vector<std::uint8_t>& pressed, double most) const {
+  double squares = 0.0, area = 0.0;
+  each_pair(pressed, [&](std::size_t one, std::size_t other, double apart) {
+    const double share = face_.areas[one] + face_.areas[other], counted = std::min(apart, most);
+    squares += share * counted * counted, area += share;
+  });
   return area > 0.0 ? std::sqrt(squares / area) : 0.0;
+}
+
+void PatchFace::find_rough(const std::vector<std::uint8_t>& pressed, double least,
+                           std::vector<std::uint8_t>& rough) const {
+  rough.assign(cells_.size(), 0);
+  each_pair(pressed, [&](std::size_t one, std::size_t other, double apart) {
+    if (apart > least) rough[one] = rough[other] = 1;
+  });
+}
+
+void PatchFace::find_around(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& around) const {
+  around = pressed;
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    const std::size_t lattice = cells_[i].lattice, columns = lattices_[lattice].columns;
+    const std::size_t column = cells_[i].place % columns, row = cells_[i].place / columns;
+    for (std::size_t k = 0; k < 9 && !around[i]; ++k) {
+      // The number before the first column or row is a very large one, which no lattice has.
+      const std::int32_t beside = cell_at(lattice, column + k % 3 - 1, row + k / 3 - 1);
+      if (beside >= 0 && pressed[static_cast<std::size_t>(beside)]) around[i] = 1;
+    }
+  }
 }
 
 // Keep the rectangle that replaces a part within the sheet, because traction beyond the edge would be lost. The

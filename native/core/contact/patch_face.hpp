@@ -44,6 +44,11 @@ class PatchFace {
   void settle(const std::vector<Region>& regions);
   // Make the counted cells. Cells are left out if only a tiny part of them counts.
   void lay(const HeightWindow& view);
+  // Replace cells by up to four each, half as long and half as wide, where these would not be narrower than `narrowest`.
+  // The cells are laid and numbered anew. `chosen`: whether to replace each cell. Sets `from` to the former number of
+  // each cell, or of the one that it is a part of.
+  void split(const std::vector<std::uint8_t>& chosen, const HeightWindow& view, double narrowest,
+             std::vector<std::size_t>& from);
   // Shorten or lengthen a region to where the body ends or stands too high, as measured on some lines along the region.
   // Its size becomes between `least` and `most` times the old one; it stays as it is where no end is found.
   void trim(const HeightWindow& view, double least, double most, Region& region) const;
@@ -65,6 +70,10 @@ class PatchFace {
   // which one presses at least, disagree by [m]. They agree where the body is curved but smooth. `most`: the largest
   // disagreement that counts.
   double roughness(const std::vector<std::uint8_t>& pressed, double most) const;
+  // Find the neighbours, of which one presses at least, whose heights and gradients disagree by more than `least` [m].
+  void find_rough(const std::vector<std::uint8_t>& pressed, double least, std::vector<std::uint8_t>& rough) const;
+  // Find the cells that press or have a cell beside them that does.
+  void find_around(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& around) const;
 
  private:
   class ShearByOffset;
@@ -92,6 +101,10 @@ class PatchFace {
     double lengths[2];
     Point ends[2];
   };
+  void clear_cells();
+  void sound_parts(std::size_t number, const std::vector<std::uint8_t>& chosen, const HeightWindow& view);
+  template <typename Visit>
+  void each_pair(const std::vector<std::uint8_t>& pressed, Visit&& visit) const;
   void grow(const HeightWindow& view, const Territory& territory, Lattice& lattice) const;
   Nodes nodes_of(std::size_t number, std::size_t place) const;
   bool cut_out(const HeightWindow& view, std::size_t number, std::size_t place);
@@ -117,6 +130,10 @@ class PatchFace {
   static constexpr std::int32_t kNone = -1, kSounded = -2;
   std::vector<std::int32_t> places_;     // number of a lattice's cell among the face's cells, or one of these constants
   std::size_t sounded_ = 0;
+  std::vector<Cell> whole_cells_;        // the cells before some are replaced,
+  std::vector<std::int32_t> numbers_;    // their numbers by place,
+  std::vector<std::size_t> split_;       // and for each new lattice the one whose cells it replaces
+  std::vector<std::size_t> wanted_;      // nodes of a lattice whose heights are needed
   std::vector<std::size_t> twice_;       // places of cells that another lattice has
   std::vector<Cell> cells_;
   std::vector<CellRectangle> rectangles_;

@@ -76,6 +76,19 @@ constexpr double kMostPress = 0.35;      // least share of cells that press; if 
 constexpr double kMostFiner = 4.0;       // largest factor,
 constexpr double kManyFiner = 150.0;     // and number of cells beyond which there is none;
 constexpr double kManySheared = 60.0;    // that number if shear is solved for as well
+// Contacts that are rough for the number of cells asked for, or whose tilt has not settled, are pressed on nested cells.
+constexpr double kNestedSmooth = 1.0;    // roughness over the depth, times the number of cells asked for, up to which
+                                         // cells are fine enough
+constexpr double kGenerous = 1.2;        // height up to which the coarse cells are laid, over the depth,
+constexpr double kCoarse = 0.3;          // and their number over that asked for
+constexpr int kGenerousLooks = 3;        // largest number of looks with coarse cells,
+constexpr double kMostLift = 0.4;        // and lift over the depth from which another one is taken
+constexpr std::size_t kSplits = 3;       // largest number of times that cells are split
+constexpr double kUneven = 0.05;         // disagreement of neighbours over the depth from which they are split again
+constexpr double kMoreUneven = 1.3;      // factor on it if there are too many
+constexpr double kNestedMargin = 0.04;
+constexpr double kNestedCells = 4.0;
+constexpr double kMostNested = 240.0;    // largest number of cells
 constexpr double kSpareArea = 3.0;       // area of the cells over the least area that bears the force at the strength
 
 // Tilts.
@@ -186,11 +199,93 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
   }
   settled_ = !looks.goes_on && looks.best_merit.missed == 0.0;
   if (!looks.last_is_best) std::swap(laid_, best_);
+  if (looks.best_merit.missed == 0.0 && needs_nested(problem.options)) {
+    if (press_nested(problem, looks)) return true;
+    looks.last_is_best = false;
+  }
   // If the tilt has not settled, finer cells do not help.
   const double finer = settled_ ? needs_finer(problem.options) : 1.0;
   const bool last_laid = finer > 1.0 ? refine(problem, looks, finer) : looks.last_is_best;
   if (!last_laid) place(surface, workspace);  // the workspace has other cells
   return true;
+}
+
+// Whether the contact is to be pressed on nested cells: the tilt has not settled, or the cells tell the body's shape
+// badly.
+bool PatchPress::needs_nested(const LawOptions& options) const {
+  const double depth = laid_.contact.indentation();
+  if (!options.tilting || !options.law->couples() || !laid_.contact.exact() || !(depth > 0.0)) return false;
+  const auto cells = static_cast<double>(options.cells);
+  if (cells > kMostNested) return false;
+  if (!settled_) return true;
+  return spots_.size() > 1 && cells * laid_.cells.roughness(laid_.contact.pressed(), depth) > kNestedSmooth * depth;
+}
+
+// Press the body on few cells under all parts that may touch, then split the cells where it does. All presses see the
+// body from the same plane, so their tilts agree better from one to the next than those of looks do. False if no
+// contact is found that carries the load within the cells; what was found stays then.
+bool PatchPress::press_nested(const Problem& problem, const Looks& looks) {
+  const bool open = tilt() > kMostSlope;
+  best_ = laid_;
+  if (open && !looks.last_is_best) find_spots(problem, looks.best);   // energies count from what the search sees
+  bool solved = open || press_generous(problem, looks.best);
+  const std::size_t coarse = laid_.heights.size();
+  for (std::size_t split = 0, before = 0; solved && split < kSplits && laid_.heights.size() != before; ++split) {
+    before = laid_.heights.size();
+    choose_to_split(problem.options, split == 0);
+    solved = split_pressed(problem);
+  }
+  settled_ = solved && laid_.heights.size() > coarse && !goes_beyond() &&
+             !is_worse(merit(problem.load, problem.options), looks.best_merit, kNestedMargin);
+  if (!settled_) std::swap(laid_, best_);
+  return settled_;
+}
+
+// Press the body on few cells under all parts that may touch as it has tilted. False if no contact is found.
+bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
+  view.finer = kCoarse;
+  view.end_height = 0.0;
+  for (int look = 0; look < kGenerousLooks; ++look) {
+    const double higher = look > 0 ? (ends_early() ? kGenerous : 1.0) * view.least_height : 0.0;
+    const double highest = std::max(kGenerous * laid_.contact.indentation(), higher);
+    view.spot_height = view.least_height = view.most_height = highest;
+    for (int k = 0; k < 2; ++k) view.plane.slopes[k] += laid_.contact.slopes()[k];
+    find_spots(problem, view);
+    if (!press(problem, view) || !laid_.contact.exact()) return false;
+    if (lifted(laid_.contact.slopes()) <= kMostLift * laid_.contact.indentation() && !ends_early()) break;
+  }
+  return true;
+}
+
+// Choose all cells that touch or are beside such, or the most uneven ones of them if there are too many.
+void PatchPress::choose_to_split(const LawOptions& options, bool all) {
+  const double most = std::min(kNestedCells * static_cast<double>(options.cells), kMostNested);
+  const auto too_many = [this, most] {
+    const auto count = static_cast<double>(std::count(chosen_.begin(), chosen_.end(), 1));
+    return count > 0.0 && static_cast<double>(chosen_.size()) + 3.0 * count > most;
+  };
+  if (all) {
+    laid_.cells.find_around(laid_.contact.pressed(), chosen_);
+    if (!too_many()) return;
+  }
+  double least = kUneven * laid_.contact.indentation();
+  do {
+    laid_.cells.find_rough(laid_.contact.pressed(), least, chosen_);
+    least *= kMoreUneven;
+  } while (too_many());
+}
+
+// Split the chosen cells and press the body on the new ones. False if no contact is found.
+bool PatchPress::split_pressed(const Problem& problem) {
+  if (std::find(chosen_.begin(), chosen_.end(), 1) == chosen_.end()) return true;
+  laid_.cells.split(chosen_, laid_.seen, problem.options.narrowest, from_);
+  if (laid_.cells.heights().empty()) return false;
+  laid_.cells.finish(problem.surface.sheet, problem.surface.compliance.resolution());
+  settle_cells(problem);
+  start_.clear();
+  for (const std::size_t from : from_) start_.push_back(laid_.contact.pressed()[from]);
+  press_cells(problem);
+  return laid_.contact.exact();
 }
 
 // Number of cells that the contact needs, over that asked for; 1 if its own are fine enough.
@@ -300,16 +395,26 @@ void PatchPress::find_spots(const Problem& problem, const Viewpoint& view) {
 // Lay cells on the spots and press them. False if there are no cells.
 bool PatchPress::press(const Problem& problem, const Viewpoint& view) {
   if (!add_cells(problem.map, problem.surface, view)) return false;
-  if (bends_) laid_.bent.lay(laid_.cells.face(), *problem.surface.plane);
-  place(problem.surface, problem.workspace);
-  set_heights();
+  settle_cells(problem);
   start_.clear();
   const double likely = likely_height();
   for (const double height : laid_.heights) start_.push_back(height <= likely ? 1 : 0);
+  press_cells(problem);
+  return true;
+}
+
+// Place the cells that are laid on the pad and under the body.
+void PatchPress::settle_cells(const Problem& problem) {
+  if (bends_) laid_.bent.lay(laid_.cells.face(), *problem.surface.plane);
+  place(problem.surface, problem.workspace);
+  set_heights();
+}
+
+// Press the body on the cells, beginning with those in start_.
+void PatchPress::press_cells(const Problem& problem) {
   const bool known = std::count(start_.begin(), start_.end(), 1) >= 3;
   laid_.contact.press(laid_.cells.face(), problem.surface,
                       {problem.wrench, laid_.heights.data(), known ? start_.data() : nullptr}, problem.workspace);
-  return true;
 }
 
 // Compare the contact of the last look with the best one, and find the view to which it leads. `more`: whether another

@@ -116,9 +116,16 @@ class PatchPress {
   void rest_on_springs(const Problem& problem, Looks& looks);
   void find_spots(const Problem& problem, const Viewpoint& view);
   bool press(const Problem& problem, const Viewpoint& view);
+  void settle_cells(const Problem& problem);
+  void press_cells(const Problem& problem);
   void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
   double needs_finer(const LawOptions& options) const;
   bool refine(const Problem& problem, const Looks& looks, double finer);
+  bool needs_nested(const LawOptions& options) const;
+  bool press_nested(const Problem& problem, const Looks& looks);
+  bool press_generous(const Problem& problem, Viewpoint view);
+  void choose_to_split(const LawOptions& options, bool all);
+  bool split_pressed(const Problem& problem);
   double lifted(const double* slopes) const;
   // Whether all cells press, and the body has no other part over the sheet that could.
   bool presses_all() const;
@@ -165,7 +172,8 @@ class PatchPress {
   std::vector<Spot> spots_;
   std::vector<Region> regions_;
   mutable std::vector<Region> wider_;   // a member, so that no step allocates it anew
-  std::vector<std::uint8_t> start_;
+  std::vector<std::uint8_t> start_, chosen_;
+  std::vector<std::size_t> from_;
 };
 
 }  // namespace mjtactile
