@@ -146,6 +146,11 @@ STATES = {
     "a jagged edge gets more cells": (1900069, 111, 0, "fast", 0.15),
     "a torus on its side gets more cells": (8300005, 69, 0, "balanced", 0.08),
     "a ball beside the pad whose flank overlaps the rim by 8 um does not press": (9100051, 68, 0, "fast", 0.04),
+    "several peaks of a rough body, whose tilt no look settles": (9200038, 68, 0, "fast", 0.06),
+    "peaks narrower than a cell, whose tilts contradict each other": (15000083, 68, 0, "fast", 0.08),
+    "the same, where more cells alone do not help": (9200002, 138, 0, "balanced", 0.05),
+    "a rough contact gets more cells also if most of them are too high": (4700042, 134, 1, "balanced", 0.06),
+    "a box on a thin sheet presses beyond cells that all press": (15100021, 125, 0, "balanced", 0.04),
     "cells as long as a soft layer is thick are larger than the compliance's patches": (3300032, 143, 1, "fast", 0.06),
 }
 

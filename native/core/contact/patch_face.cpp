@@ -307,6 +307,31 @@ bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_
   return true;
 }
 
+void PatchFace::find_ends(const HeightWindow& view, std::vector<std::uint8_t>& ends) const {
+  ends = goes_on_;
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    if (cells_[i].whole && goes_on_beside(view, cells_[i].lattice, cells_[i].place)) ends[i] = 1;
+  }
+}
+
+// Whether the body goes on beside a whole cell at an end of its lattice. Within the lattice, cells beside a whole one
+// count as well, because they share nodes with it.
+bool PatchFace::goes_on_beside(const HeightWindow& view, std::size_t number, std::size_t place) const {
+  const Lattice& lattice = lattices_[number];
+  const std::size_t column = place % lattice.columns, row = place / lattice.columns;
+  const auto goes_on = [&](double along, double across) {
+    const Point at = lattice.at(static_cast<double>(column) + 0.5 + along, static_cast<double>(row) + 0.5 + across);
+    for (std::size_t k = 0; k < lattices_.size(); ++k) {
+      std::size_t cell;
+      if (k != number && lattices_[k].holds(at, cell) && nodes_of(k, cell).under > 0) return false;
+    }
+    return std::isfinite(view.map->height(at.x, at.y));
+  };
+  const double out = 0.5 + kBeyond;
+  return (column == 0 && goes_on(-out, 0.0)) || (column + 1 == lattice.columns && goes_on(out, 0.0)) ||
+         (row == 0 && goes_on(0.0, -out)) || (row + 1 == lattice.rows && goes_on(0.0, out));
+}
+
 // Set heights and gradients of all cells from number `first` on. Heights are looked up together, because that is
 // faster. Cells without a body above are removed.
 void PatchFace::set_heights(const HeightWindow& view, std::size_t first) {

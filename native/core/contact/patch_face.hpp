@@ -66,6 +66,8 @@ class PatchFace {
   const std::vector<Point>& gradients() const { return gradients_; }
   // For each cell: whether it ends because the body rises beyond the limit, not because the body itself ends.
   const std::vector<std::uint8_t>& goes_on() const { return goes_on_; }
+  // Find the cells beside which the body goes on: also whole ones at the end of their lattice.
+  void find_ends(const HeightWindow& view, std::vector<std::uint8_t>& ends) const;
   // How badly the cells tell the body's shape: root mean square of what the heights and gradients of neighbours, of
   // which one presses at least, disagree by [m]. They agree where the body is curved but smooth. `most`: the largest
   // disagreement that counts.
@@ -108,6 +110,7 @@ class PatchFace {
   void grow(const HeightWindow& view, const Territory& territory, Lattice& lattice) const;
   Nodes nodes_of(std::size_t number, std::size_t place) const;
   bool cut_out(const HeightWindow& view, std::size_t number, std::size_t place);
+  bool goes_on_beside(const HeightWindow& view, std::size_t number, std::size_t place) const;
   void set_heights(const HeightWindow& view, std::size_t first);
   double seen(const HeightWindow& view, const Point& at) const;
   bool cover(const CutCell& cut, Covered& covered) const;

@@ -41,9 +41,8 @@ struct LaidLower {
 };
 constexpr LaidLower kLaidLowerTilting = {0.2, 0.7}, kLaidLower = {0.66, 0.9};
 // Cells that are cut off at their largest height end inside the contact if more than kGoesOn of them press. This counts
-// only if the other cells have more than kWithin times their area. Cells are laid higher if the body touches up to
-// kHigher times their height.
-constexpr double kGoesOn = 0.5, kWithin = 0.5, kHigher = 1.2;
+// only if the other cells have more than kWithin times their area.
+constexpr double kGoesOn = 0.5, kWithin = 0.5;
 
 // Regions around the spots in which cells are laid. Sides and areas of spots are whole numbers of the search's samples.
 // The limits below are not ratios of small whole numbers, because rounding would decide at such ratios.
@@ -72,24 +71,25 @@ constexpr double kMostSamples = 32.0;    // largest number of heights computed p
 // Contacts whose cells tell the body's shape badly are pressed on more of them, in proportion to their roughness.
 constexpr double kSmooth = 0.05;         // roughness over the depth of the contact up to which cells are fine enough
 constexpr double kWorthwhile = 1.1;      // least factor on their number
-constexpr double kMostPress = 0.35;      // least share of cells that press; if fewer do, more cells are mostly in vain
+constexpr double kMostPress = 0.35, kManyPress = 20.0;   // share of cells that press, and number of them; if less than
+                                         // both do, more cells are mostly in vain
 constexpr double kMostFiner = 4.0;       // largest factor,
 constexpr double kManyFiner = 150.0;     // and number of cells beyond which there is none;
 constexpr double kManySheared = 60.0;    // that number if shear is solved for as well
-// Contacts that are rough for the number of cells asked for, or whose tilt has not settled, are pressed on nested cells.
-constexpr double kNestedSmooth = 1.0;    // roughness over the depth, times the number of cells asked for, up to which
-                                         // cells are fine enough
-constexpr double kGenerous = 1.2;        // height up to which the coarse cells are laid, over the depth,
+constexpr double kSpareArea = 3.0;       // area of the cells over the least area that bears the force at the strength
+
+// Nested cells, on which contacts are pressed whose tilt has not settled, or that are rough and have several spots.
+constexpr double kNestedSmooth = 1.0;    // roughness over the depth, times the number of cells asked for, up to which a
+                                         // contact is smooth
+constexpr double kGenerous = 1.2;        // height up to which coarse cells are laid, over the depth,
 constexpr double kCoarse = 0.3;          // and their number over that asked for
 constexpr int kGenerousLooks = 3;        // largest number of looks with coarse cells,
-constexpr double kMostLift = 0.4;        // and lift over the depth from which another one is taken
-constexpr std::size_t kSplits = 3;       // largest number of times that cells are split
-constexpr double kUneven = 0.05;         // disagreement of neighbours over the depth from which they are split again
-constexpr double kMoreUneven = 1.3;      // factor on it if there are too many
-constexpr double kNestedMargin = 0.04;
-constexpr double kNestedCells = 4.0;
-constexpr double kMostNested = 240.0;    // largest number of cells
-constexpr double kSpareArea = 3.0;       // area of the cells over the least area that bears the force at the strength
+constexpr double kMostLift = 0.4;        // and lift of the contact, over the depth, from which there is another one
+constexpr int kSplits = 3;               // largest number of times that cells are split
+constexpr double kUneven = 0.05;         // disagreement of neighbours, over the depth, from which they are split again,
+constexpr double kMoreUneven = 1.3;      // and factor on it if there are too many
+constexpr double kMostSplit = 4.0;       // largest number of cells over that asked for,
+constexpr double kManySplit = 240.0;     // and largest number
 
 // Tilts.
 constexpr double kSmallTilt = 0.2;       // lift of the contact, over the level, up to which a tilt needs no other look
@@ -210,38 +210,40 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
   return true;
 }
 
-// Whether the contact is to be pressed on nested cells: the tilt has not settled, or the cells tell the body's shape
-// badly.
+// Whether the contact is to be pressed on nested cells. Many cells need none.
 bool PatchPress::needs_nested(const LawOptions& options) const {
   const double depth = laid_.contact.indentation();
-  if (!options.tilting || !options.law->couples() || !laid_.contact.exact() || !(depth > 0.0)) return false;
-  const auto cells = static_cast<double>(options.cells);
-  if (cells > kMostNested) return false;
+  if (!options.tilting || !options.law->couples() || options.cells >= kManyCells) return false;
+  if (!laid_.contact.exact() || !(depth > 0.0)) return false;
   if (!settled_) return true;
-  return spots_.size() > 1 && cells * laid_.cells.roughness(laid_.contact.pressed(), depth) > kNestedSmooth * depth;
+  const double smooth = kNestedSmooth * depth / static_cast<double>(options.cells);
+  return spots_.size() > 1 && laid_.cells.roughness(laid_.contact.pressed(), depth) > smooth;
 }
 
-// Press the body on few cells under all parts that may touch, then split the cells where it does. All presses see the
-// body from the same plane, so their tilts agree better from one to the next than those of looks do. False if no
-// contact is found that carries the load within the cells; what was found stays then.
+// Press the body on few cells under all parts that may touch, then split the cells where it does. All these presses see
+// the body from one plane, so one tilt leads to the next. Looks may contradict each other, because each lays other
+// cells. False if no contact is found that is as good as the best one; that one stays then.
 bool PatchPress::press_nested(const Problem& problem, const Looks& looks) {
   const bool open = tilt() > kMostSlope;
   best_ = laid_;
-  if (open && !looks.last_is_best) find_spots(problem, looks.best);   // energies count from what the search sees
+  // The contact leaves a large tilt open, so it is not looked at anew. Energies count from what the search sees.
+  if (open && !looks.last_is_best) find_spots(problem, looks.best);
   bool solved = open || press_generous(problem, looks.best);
   const std::size_t coarse = laid_.heights.size();
-  for (std::size_t split = 0, before = 0; solved && split < kSplits && laid_.heights.size() != before; ++split) {
-    before = laid_.heights.size();
+  for (int split = 0; solved && split < kSplits; ++split) {
+    const std::size_t before = laid_.heights.size();
     choose_to_split(problem.options, split == 0);
     solved = split_pressed(problem);
+    if (laid_.heights.size() == before) break;
   }
-  settled_ = solved && laid_.heights.size() > coarse && !goes_beyond() &&
-             !is_worse(merit(problem.load, problem.options), looks.best_merit, kNestedMargin);
-  if (!settled_) std::swap(laid_, best_);
-  return settled_;
+  const bool better = solved && laid_.heights.size() > coarse && !goes_beyond() &&
+                      !is_worse(merit(problem.load, problem.options), looks.best_merit, kEnergyMargin);
+  if (!better) std::swap(laid_, best_);
+  settled_ = settled_ || better;
+  return better;
 }
 
-// Press the body on few cells under all parts that may touch as it has tilted. False if no contact is found.
+// Press the body, tilted as found, on few cells under all parts that may touch. False if no contact is found.
 bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
   view.finer = kCoarse;
   view.end_height = 0.0;
@@ -257,9 +259,10 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
   return true;
 }
 
-// Choose all cells that touch or are beside such, or the most uneven ones of them if there are too many.
+// Choose cells to split: all that press or are beside such, or those with uneven neighbours. If they are too many, only
+// the most uneven ones.
 void PatchPress::choose_to_split(const LawOptions& options, bool all) {
-  const double most = std::min(kNestedCells * static_cast<double>(options.cells), kMostNested);
+  const double most = std::min(kMostSplit * static_cast<double>(options.cells), kManySplit);
   const auto too_many = [this, most] {
     const auto count = static_cast<double>(std::count(chosen_.begin(), chosen_.end(), 1));
     return count > 0.0 && static_cast<double>(chosen_.size()) + 3.0 * count > most;
@@ -294,7 +297,7 @@ double PatchPress::needs_finer(const LawOptions& options) const {
   const auto& pressed = laid_.contact.pressed();
   const auto pressing = static_cast<double>(std::count(pressed.begin(), pressed.end(), 1));
   if (!options.law->couples() || !laid_.contact.exact() || !(depth > 0.0)) return 1.0;
-  if (pressing < kMostPress * static_cast<double>(pressed.size())) return 1.0;
+  if (pressing < std::min(kMostPress * static_cast<double>(pressed.size()), kManyPress)) return 1.0;
   const double wanted = laid_.cells.roughness(pressed, depth) / (kSmooth * depth);
   const double many = options.tangential->couples() ? kManySheared : kManyFiner;
   const double most = std::min(kMostFiner, many / static_cast<double>(options.cells));
@@ -680,11 +683,17 @@ bool PatchPress::goes_beyond() const {
 // Whether it certainly extends beyond them. In a single row all cells are cut off at their sides, so that decides
 // nothing.
 bool PatchPress::ends_early() const {
-  double within = 0.0, at_end = 0.0;
-  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
-    (laid_.cells.goes_on()[i] ? at_end : within) += laid_.cells.face().areas[i];
-  }
-  return goes_beyond() && within > kWithin * at_end;
+  const auto are_few = [this](const std::vector<std::uint8_t>& ends) {
+    double within = 0.0, at_end = 0.0;
+    for (std::size_t i = 0; i < ends.size(); ++i) (ends[i] ? at_end : within) += laid_.cells.face().areas[i];
+    return at_end > 0.0 && within > kWithin * at_end;
+  };
+  if (goes_beyond()) return are_few(laid_.cells.goes_on());
+  // If all cells press, the end of their lattice may be the end of a part that was cut off exactly there.
+  const std::vector<std::uint8_t>& pressed = laid_.contact.pressed();
+  if (std::find(pressed.begin(), pressed.end(), 0) != pressed.end()) return false;
+  laid_.cells.find_ends(laid_.seen, ends_);
+  return are_few(ends_);
 }
 
 // Height up to which the body touches. A body that tilts is seen from another plane next, where the lowest cell tells
@@ -814,7 +823,7 @@ bool PatchPress::next_view(const Merit& found, const LawOptions& options, Viewpo
     view.end_height = touching;
     return true;
   }
-  if (ends && touching > kHigher * laid_.seen.highest) {
+  if (ends && touching > laid_.seen.highest) {
     view.least_height = touching;
     return true;
   }

@@ -171,7 +171,8 @@ class PatchPress {
   bool bends_ = false, settled_ = false;
   std::vector<Spot> spots_;
   std::vector<Region> regions_;
-  mutable std::vector<Region> wider_;   // a member, so that no step allocates it anew
+  mutable std::vector<Region> wider_;   // members, so that no step allocates them anew
+  mutable std::vector<std::uint8_t> ends_;
   std::vector<std::uint8_t> start_, chosen_;
   std::vector<std::size_t> from_;
 };
