@@ -44,9 +44,9 @@ class PatchFace {
   void settle(const std::vector<Region>& regions);
   // Make the counted cells. Cells are left out if only a tiny part of them counts.
   void lay(const HeightWindow& view);
-  // Replace cells by up to four each, half as long and half as wide, where these would not be narrower than `narrowest`.
-  // The cells are laid and numbered anew. `chosen`: whether to replace each cell. Sets `from` to the former number of
-  // each cell, or of the one that it is a part of.
+  // Replace cells by up to four each, half as long and half as wide, but by none narrower than `narrowest`. All cells
+  // are laid and numbered anew. `chosen`: whether to replace each cell. Sets `from` to the former number of each cell,
+  // or of the one that it is a part of.
   void split(const std::vector<std::uint8_t>& chosen, const HeightWindow& view, double narrowest,
              std::vector<std::size_t>& from);
   // Shorten or lengthen a region to where the body ends or stands too high, as measured on some lines along the region.
