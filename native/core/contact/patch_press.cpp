@@ -284,7 +284,7 @@ bool PatchPress::split_pressed(const Problem& problem) {
   laid_.cells.split(chosen_, laid_.seen, problem.options.narrowest, from_);
   if (laid_.cells.heights().empty()) return false;
   laid_.cells.finish(problem.surface.sheet, problem.surface.compliance.resolution());
-  settle_cells(problem);
+  position_cells(problem);
   start_.clear();
   for (const std::size_t from : from_) start_.push_back(laid_.contact.pressed()[from]);
   press_cells(problem);
@@ -398,7 +398,7 @@ void PatchPress::find_spots(const Problem& problem, const Viewpoint& view) {
 // Lay cells on the spots and press them. False if there are no cells.
 bool PatchPress::press(const Problem& problem, const Viewpoint& view) {
   if (!add_cells(problem.map, problem.surface, view)) return false;
-  settle_cells(problem);
+  position_cells(problem);
   start_.clear();
   const double likely = likely_height();
   for (const double height : laid_.heights) start_.push_back(height <= likely ? 1 : 0);
@@ -407,7 +407,7 @@ bool PatchPress::press(const Problem& problem, const Viewpoint& view) {
 }
 
 // Place the cells that are laid on the pad and under the body.
-void PatchPress::settle_cells(const Problem& problem) {
+void PatchPress::position_cells(const Problem& problem) {
   if (bends_) laid_.bent.lay(laid_.cells.face(), *problem.surface.plane);
   place(problem.surface, problem.workspace);
   set_heights();

@@ -116,7 +116,7 @@ class PatchPress {
   void rest_on_springs(const Problem& problem, Looks& looks);
   void find_spots(const Problem& problem, const Viewpoint& view);
   bool press(const Problem& problem, const Viewpoint& view);
-  void settle_cells(const Problem& problem);
+  void position_cells(const Problem& problem);
   void press_cells(const Problem& problem);
   void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
   double needs_finer(const LawOptions& options) const;

@@ -12,7 +12,8 @@ namespace mjtactile {
 namespace {
 
 constexpr int kSupports = 32;        // largest number of directions tried
-constexpr double kNothing = 1e-9;    // moments below this, over the force times the cells' length, count as zero
+constexpr double kNothing = 1e-9;    // moments below this, over the force times the cells' length, count as zero, and
+                                     // so do areas between three moments, over the square
 constexpr double kClose = 1e-12;     // least decrease of the squared distance by a direction; else the search ends
 constexpr double kSafe = 1.01;       // factor by which loads that can be borne must exceed the load
 
@@ -54,7 +55,9 @@ Point even_moments(const RigidProblem& problem, const double* most) {
 Point minus(const Point& a, const Point& b) { return {a.x - b.x, a.y - b.y}; }
 double product(const Point& a, const Point& b) { return a.x * b.x + a.y * b.y; }
 
-bool in_triangle(const Point& a, const Point& b, const Point& c, const Point& at) {
+// Whether a point is in a triangle with more than a given area, doubled. In a flatter one, rounding would decide.
+bool in_triangle(const Point& a, const Point& b, const Point& c, const Point& at, double twice_area) {
+  if (std::abs(left_of(a, b, c)) <= twice_area) return false;
   const double first = left_of(a, b, at), second = left_of(b, c, at), third = left_of(c, a, at);
   return (first >= 0.0 && second >= 0.0 && third >= 0.0) || (first <= 0.0 && second <= 0.0 && third <= 0.0);
 }
@@ -80,7 +83,7 @@ bool bring_within_bearing(const RigidProblem& problem, const double* most, doubl
     if (square <= kNothing * kNothing * force * force) return false;
     const Point next = support(away);
     if (product(away, minus(next, near)) <= kClose * square) break;
-    if (in_triangle(first, second, next, wanted)) return false;
+    if (in_triangle(first, second, next, wanted, kNothing * force * force)) return false;
     const Point over_first = nearest_on(first, next, wanted), over_second = nearest_on(second, next, wanted);
     const Point to_first = minus(wanted, over_first), to_second = minus(wanted, over_second);
     const bool keeps_first = product(to_first, to_first) <= product(to_second, to_second);

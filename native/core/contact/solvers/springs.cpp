@@ -19,6 +19,9 @@ constexpr double kSofter[] = {1e-3, 1e-2, 0.1, 1.0};
 constexpr double kOpen = 1e-12, kLoaded = 1e-10;
 // If the least pivot is above this fraction of the largest, no tilt is open.
 constexpr double kNearlyOpen = 1e-6;
+// Where springs yield, those that are left may leave a tilt open but for rounding, which would then choose the step. So
+// all springs resist a step, also those that yield or hang free, with this fraction of their stiffness.
+constexpr double kDamping = 1e-4;
 // Largest residual of the resultants, over the load.
 constexpr double kBalanced = 1e-9;
 // The line search ends if the energy's slope has decreased to this fraction. It tries so many lengths, and extends the
@@ -75,6 +78,7 @@ void SpringBed::set_rows(const double* modes, const double* heights, const doubl
   if (heights != nullptr) heights_.assign(heights, heights + cells);
   most_.assign(cells, std::numeric_limits<double>::infinity());
   if (most != nullptr) most_.assign(most, most + cells);
+  damping_ = most != nullptr ? kDamping : 0.0;
   for (std::vector<double>* one : {&depths_, &forces_, &elastic_, &rates_, &weighted_}) one->resize(cells);
 }
 
@@ -116,7 +120,9 @@ bool SpringBed::step_with(const std::vector<double>& stiffnesses) {
   double curvature[kMost * kMost], along[kMost] = {}, slope = 0.0;
   const std::size_t cells = stiffnesses.size();
   for (std::size_t m = 0; m < motions_; ++m) {
-    for (std::size_t i = 0; i < cells; ++i) weighted_[i] = stiffnesses[i] * modes_[m][i];
+    for (std::size_t i = 0; i < cells; ++i) {
+      weighted_[i] = (stiffnesses[i] + damping_ * (*stiffness_)[i]) * modes_[m][i];
+    }
     for (std::size_t n = 0; n <= m; ++n) {
       curvature[m * motions_ + n] = curvature[n * motions_ + m] = dot(weighted_.data(), modes_[n], cells);
     }

@@ -38,6 +38,7 @@ class SpringBed {
   const double* resultants_ = nullptr;
   std::size_t motions_ = 0;
   double total_ = 0.0, motion_[kMost] = {}, gradient_[kMost] = {};
+  double damping_ = 0.0;                            // fraction of all stiffness that resists a step
   Matrix modes_;                                    // (kMost, cells), 0 for rows beyond motions_
   std::vector<double> heights_, most_, softened_;
   std::vector<double> depths_, forces_, elastic_;   // of each spring: depth [m], force [N], present stiffness [N/m]
