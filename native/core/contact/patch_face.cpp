@@ -184,10 +184,10 @@ void PatchFace::settle(const std::vector<Region>& regions) {
 
 void PatchFace::split(const std::vector<std::uint8_t>& chosen, const HeightWindow& view, double narrowest,
                       std::vector<std::size_t>& from) {
-  whole_cells_ = cells_, numbers_ = places_;
+  former_cells_ = cells_, former_numbers_ = places_;
   split_.clear();
   std::fill(places_.begin(), places_.end(), kNone);
-  for (const Cell& cell : whole_cells_) places_[firsts_[cell.lattice] + cell.place] = kSounded;
+  for (const Cell& cell : former_cells_) places_[firsts_[cell.lattice] + cell.place] = kSounded;
   const std::size_t count = lattices_.size();
   for (std::size_t number = 0; number < count; ++number) {
     if (lattices_[number].width() >= 2.0 * narrowest) sound_parts(number, chosen, view);
@@ -202,7 +202,7 @@ void PatchFace::split(const std::vector<std::uint8_t>& chosen, const HeightWindo
       place = (place / columns / 2) * (columns / 2) + place % columns / 2;
       lattice = split_[lattice - count];
     }
-    from.push_back(static_cast<std::size_t>(numbers_[firsts_[lattice] + place]));
+    from.push_back(static_cast<std::size_t>(former_numbers_[firsts_[lattice] + place]));
   }
 }
 
@@ -210,8 +210,8 @@ void PatchFace::split(const std::vector<std::uint8_t>& chosen, const HeightWindo
 // of that lattice.
 void PatchFace::sound_parts(std::size_t number, const std::vector<std::uint8_t>& chosen, const HeightWindow& view) {
   const auto each_chosen = [&](auto&& visit) {
-    for (std::size_t i = 0; i < whole_cells_.size(); ++i) {
-      if (chosen[i] && whole_cells_[i].lattice == number) visit(whole_cells_[i].place);
+    for (std::size_t i = 0; i < former_cells_.size(); ++i) {
+      if (chosen[i] && former_cells_[i].lattice == number) visit(former_cells_[i].place);
     }
   };
   const std::size_t columns = lattices_[number].columns, across = 4 * columns + 1;

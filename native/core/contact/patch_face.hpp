@@ -133,9 +133,10 @@ class PatchFace {
   static constexpr std::int32_t kNone = -1, kSounded = -2;
   std::vector<std::int32_t> places_;     // number of a lattice's cell among the face's cells, or one of these constants
   std::size_t sounded_ = 0;
-  std::vector<Cell> whole_cells_;        // the cells before some are replaced,
-  std::vector<std::int32_t> numbers_;    // their numbers by place,
-  std::vector<std::size_t> split_;       // and for each new lattice the one whose cells it replaces
+  // The cells before some are replaced, their numbers by place, and for each new lattice the one that it splits.
+  std::vector<Cell> former_cells_;
+  std::vector<std::int32_t> former_numbers_;
+  std::vector<std::size_t> split_;
   std::vector<std::size_t> wanted_;      // nodes of a lattice whose heights are needed
   std::vector<std::size_t> twice_;       // places of cells that another lattice has
   std::vector<Cell> cells_;
