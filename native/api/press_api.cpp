@@ -94,9 +94,7 @@ double height(const SolvedCells& solved, std::size_t cell) {
   double above = solved.heights == nullptr ? 0.0 : solved.heights[cell];
   if (solved.sunk != nullptr) above += solved.sunk[cell];
   if (solved.view == nullptr) return above;
-  const PatchFace::HeightWindow& view = *solved.view;
-  const Point& at = solved.face->centroids[cell];
-  return above + view.lowest + view.slopes[0] * (at.x - view.middle.x) + view.slopes[1] * (at.y - view.middle.y);
+  return solved.view->unmeasured(solved.face->centroids[cell], above);
 }
 
 // Set the body's indentation at a point and its slopes. They follow by least squares from the depths of the pressed

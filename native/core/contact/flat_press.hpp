@@ -1,7 +1,8 @@
-// A flat face pressed at one place: on its own cells or, if only a small part is in contact, on finer cells there.
+// A flat face pressed at one place: on its own cells or, if these are coarse for the part in contact, on cells there.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "contact/cells/face.hpp"
@@ -21,35 +22,37 @@ class FlatPress {
   void press_again(const ContactSurface& surface, const double* wrench, const std::vector<double>& sunk,
                    CellContact::Workspace& workspace);
 
-  const CellContact& contact() const { return small_ ? part_.contact() : whole_; }
+  const CellContact& contact() const { return on_part_ ? part_.contact() : whole_; }
   // Integrals of shear over pairs of cells, in the frame of face().
   void integrate_shear(ShearIntegrals& integrals) const {
-    if (small_) {
+    if (on_part_) {
       part_.integrate_shear(integrals);
     } else {
       integrate_edges(*face_, integrals);
     }
   }
   // Heights of the body above the cells (cells) [m]; null if the contact is on the face's own cells.
-  const double* heights() const { return small_ ? part_.heights().data() : nullptr; }
+  const double* heights() const { return on_part_ ? part_.heights().data() : nullptr; }
   // Plane from which these heights are measured.
-  const PatchFace::HeightWindow& view() const { return part_.view(); }
-  const Face& face() const { return small_ ? part_.face() : *face_; }
-  const Placement& placement() const { return small_ ? kUnmoved : placement_; }
+  const HeightWindow& view() const { return part_.view(); }
+  const Face& face() const { return on_part_ ? part_.face() : *face_; }
+  const Placement& placement() const { return on_part_ ? kUnmoved : placement_; }
   // Whether the body tilts so far that other parts of it may touch as well.
   bool tips_over() const;
 
  private:
   const Face* face_ = nullptr;
   Placement placement_ = kUnmoved;
-  bool small_ = false;
+  bool on_part_ = false;
   CellContact whole_;
   PatchPress part_;
   FlatMap map_;
   std::vector<Segment> outline_;
+  std::vector<std::uint8_t> at_end_;   // a member, so that no step allocates it anew
 };
 
-// Whether so few of a face's cells are in contact that finer cells are needed.
-bool is_small(const CellContact& contact);
+// Whether a contact ends within a face in cells that are large for it, so that finer cells are needed. Sets `at_end` to
+// whether each cell presses beside one that does not.
+bool ends_coarsely(const Face& face, const CellContact& contact, std::vector<std::uint8_t>& at_end);
 
 }  // namespace mjtactile

@@ -501,7 +501,9 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
     CellContact contact;
     contact.place(*face, placement, surface(sheet()), workspace_);
     contact.press(*face, surface(sheet()), {touch.wrench}, workspace_);
-    if (!contact.linear() || is_small(contact)) return false;  // another load would need other cells
+    std::vector<std::uint8_t> at_end;
+    // Another load would need other cells.
+    if (!contact.linear() || ends_coarsely(*face, contact, at_end)) return false;
     if (!contact.make_parts(*face, *options_.law, workspace_)) return false;
     if (!contact.weights(*face, options_, touch.wrench, weights_, workspace_)) return false;
     const auto& map = pad_->template deviatoric<Value>();

@@ -54,7 +54,7 @@ struct SolvedCells {
   const BentCells* bent = nullptr;         // how the cells lie on a curved pad; null on a flat pad
   const double* carried = nullptr;         // wrench (6) that the cells carry, as Touch::wrench [N, N m]
   // The view from which heights are measured; null for cells of a flat face.
-  const PatchFace::HeightWindow* view = nullptr;
+  const HeightWindow* view = nullptr;
   const double* heights = nullptr;         // of the body above the cells (cells) [m]; null for a flat face
   const double* sunk = nullptr;            // lowering of the surface by other bodies (cells) [m]; null for none
   CellForces forces = {nullptr};           // on the cells; on a curved pad in the tangent plane's frame

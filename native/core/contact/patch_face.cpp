@@ -3,59 +3,20 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/cells/covered_part.hpp"
 #include "linalg/dense.hpp"
 #include "linalg/kernels.hpp"
 
 namespace mjtactile {
 namespace {
 
-// Cells of which the body covers less than this fraction are left out.
-constexpr double kLeastShare = 1e-3;
-// So are parts that are not wider than this (standard deviation over a cell's size).
-constexpr double kLeastWidth = 1e-4;
-// The covered part of a cell is found on lines at Gauss points, with so many steps along a line and bisections.
-constexpr double kLines[3] = {-0.38729833462074168852, 0.0, 0.38729833462074168852};
-constexpr double kWeights[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
-constexpr int kSteps = 4, kBisections = 6;
-// Number of steps, from a region's sides inward, in which the end of the body is searched.
-constexpr int kTrimSteps = 8;
-// Positions of the lines along a region on which this search runs, over the region's breadth.
-constexpr double kTrimLines[] = {0.0, -0.25, 0.25, -0.45, 0.45};
 // Rectangles of parts whose variances have at least this ratio are turned along the part's length.
 constexpr double kSlanted = 2.25;
-// A lattice grows if the body continues at this distance beyond it, over the size of a cell, at most kGrowths times.
-constexpr double kBeyond = 0.25;
-constexpr std::size_t kGrowths = 12;
-// Two regions are of unlike size if the area of the smaller is less than this fraction of the other's.
-constexpr double kUnlike = 0.5;
 // Cells longer than this, over the compliance's resolution, have quadrature points.
 constexpr double kSpread = 1.0;
 // A rectangle may exceed the room up to the sheet's edge by this fraction, because rounding must not decide whether one
 // that ends there is beyond it.
 constexpr double kFlush = 1e-9;
-
-// Ends of the part of a line through a cell where interpolated heights are below 0, from -0.5 to 0.5 along the cell.
-// `over`: heights at the cell's 3 x 3 nodes. False if there is no such part.
-bool between_nodes(const double* over, bool along, double line, double& low, double& high) {
-  // Heights on the line at the cell's sides and middle, interpolated between nodes.
-  const int before = line < 0.0 ? 0 : 1;
-  const double share = line < 0.0 ? 1.0 + 2.0 * line : 2.0 * line;
-  double at[3];
-  for (int k = 0; k < 3; ++k) {
-    const double first = along ? over[3 * before + k] : over[3 * k + before];
-    const double second = along ? over[3 * (before + 1) + k] : over[3 * k + before + 1];
-    at[k] = first + share * (second - first);
-  }
-  low = 0.5, high = -0.5;
-  for (int k = 0; k < 2; ++k) {
-    const double start = 0.5 * k - 0.5;
-    const double from = at[k], to = at[k + 1];
-    if (from > 0.0 && to > 0.0) continue;
-    low = std::min(low, from <= 0.0 ? start : start + 0.5 * from / (from - to));
-    high = std::max(high, to <= 0.0 ? start + 0.5 : start + 0.5 * from / (from - to));
-  }
-  return low < high;
-}
 
 // Rise per step through three points at equal distances, from the last one to the first one; 0 if only one of them is
 // finite. The middle one counts if another is not finite.
@@ -65,24 +26,9 @@ double slope_between(double first, double middle, double last) {
   return std::isfinite(beside) ? beside : 0.0;
 }
 
-// Height over a point as measured from the view's plane [m].
-double seen_from(const PatchFace::HeightWindow& view, const Point& at, double height) {
-  return height - view.slopes[0] * (at.x - view.middle.x) - view.slopes[1] * (at.y - view.middle.y) - view.lowest;
-}
-
 }  // namespace
 
 void PatchFace::clear() {
-  lattices_.clear();
-  firsts_.clear();
-  first_nodes_.clear();
-  places_.clear();
-  nodes_.clear();
-  sounded_ = 0;
-  clear_cells();
-}
-
-void PatchFace::clear_cells() {
   cells_.clear();
   heights_.clear();
   gradients_.clear();
@@ -92,199 +38,36 @@ void PatchFace::clear_cells() {
   face_.edges.clear();
 }
 
-double PatchFace::seen(const HeightWindow& view, const Point& at) const {
-  return seen_from(view, at, view.map->height(at.x, at.y));
-}
-
-// The order of regions must not decide between equal parts of a body, because it changes as the body turns.
-bool PatchFace::Territory::lost(const Point& at) const {
-  const Region& here = regions[own];
-  for (std::size_t i = 0; i < regions.size(); ++i) {
-    const Region& other = regions[i];
-    if (i == own || !other.holds(at)) continue;
-    const double ratio = other.area() / here.area();
-    if (ratio < kUnlike || (ratio <= 1.0 / kUnlike && other.away(at) < here.away(at))) return true;
-  }
-  return false;
-}
-
-// Add rows and columns of cells on the sides where the body continues beyond the lattice.
-void PatchFace::grow(const HeightWindow& view, const Territory& territory, Lattice& lattice) const {
-  const auto counts = [&](double column, double row) {
-    const Point at = lattice.at(column, row);
-    return seen(view, at) <= view.highest && !territory.lost(at);
-  };
-  for (std::size_t growth = 0; growth < kGrowths; ++growth) {
-    const auto columns = static_cast<double>(lattice.columns), rows = static_cast<double>(lattice.rows);
-    bool beyond[4] = {};   // west, east, south, north
-    for (double row = 0.5; row < rows; ++row) {
-      beyond[0] = beyond[0] || (counts(-kBeyond, row) && counts(0.5, row));
-      beyond[1] = beyond[1] || (counts(columns + kBeyond, row) && counts(columns - 0.5, row));
-    }
-    for (double column = 0.5; column < columns; ++column) {
-      beyond[2] = beyond[2] || (counts(column, -kBeyond) && counts(column, 0.5));
-      beyond[3] = beyond[3] || (counts(column, rows + kBeyond) && counts(column, rows - 0.5));
-    }
-    if (!beyond[0] && !beyond[1] && !beyond[2] && !beyond[3]) return;
-    // The new middle, in coordinates of the old lattice.
-    const double along = (columns + (beyond[1] ? 1.0 : 0.0) - (beyond[0] ? 1.0 : 0.0)) / 2;
-    const double across = (rows + (beyond[3] ? 1.0 : 0.0) - (beyond[2] ? 1.0 : 0.0)) / 2;
-    const Point centre = lattice.at(along, across);
-    lattice.columns += (beyond[0] ? 1u : 0u) + (beyond[1] ? 1u : 0u);
-    lattice.rows += (beyond[2] ? 1u : 0u) + (beyond[3] ? 1u : 0u);
-    lattice.centre = centre;
-  }
-}
-
-void PatchFace::sound(Lattice lattice, const HeightWindow& view, const Territory& territory) {
-  grow(view, territory, lattice);
-  const std::size_t across = 2 * lattice.columns + 1, first = nodes_.size();
-  lattices_.push_back(lattice);
-  first_nodes_.push_back(first);
-  firsts_.push_back(places_.size());
-  nodes_.resize(first + across * (2 * lattice.rows + 1));
-  points_.clear();
-  for (std::size_t row = 0; row <= 2 * lattice.rows; ++row) {
-    for (std::size_t column = 0; column < across; ++column) {
-      points_.push_back(lattice.at(static_cast<double>(column) / 2, static_cast<double>(row) / 2));
-    }
-  }
-  view.map->heights(points_, found_);
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    nodes_[first + i] = seen_from(view, points_[i], found_[i]) - view.highest;
-  }
-  for (std::size_t place = 0; place < lattice.cells(); ++place) {
-    const bool counts = nodes_of(lattices_.size() - 1, place).under > 0 && !territory.lost(lattice.middle(place));
-    places_.push_back(counts ? kSounded : kNone);
-    sounded_ += counts ? 1 : 0;
-  }
-}
-
-void PatchFace::settle(const std::vector<Region>& regions) {
-  twice_.clear();
-  for (std::size_t number = 0; lattices_.size() > 1 && number < lattices_.size(); ++number) {
-    const Lattice& lattice = lattices_[number];
-    for (std::size_t place = 0; place < lattice.cells(); ++place) {
-      if (places_[firsts_[number] + place] != kSounded) continue;
-      const Point at = lattice.middle(place);
-      if (regions[number].holds(at)) continue;
-      for (std::size_t other = 0; other < lattices_.size(); ++other) {
-        std::size_t cell;
-        if (other == number || !lattices_[other].holds(at, cell)) continue;
-        if (places_[firsts_[other] + cell] != kSounded) continue;
-        if (!regions[other].holds(at) && regions[other].away(at) >= regions[number].away(at)) continue;
-        twice_.push_back(firsts_[number] + place);
-        break;
-      }
-    }
-  }
-  for (const std::size_t place : twice_) places_[place] = kNone;
-  sounded_ -= twice_.size();
-}
-
 void PatchFace::split(const std::vector<std::uint8_t>& chosen, const HeightWindow& view, double narrowest,
                       std::vector<std::size_t>& from) {
-  former_cells_ = cells_, former_numbers_ = places_;
-  split_.clear();
-  std::fill(places_.begin(), places_.end(), kNone);
-  for (const Cell& cell : former_cells_) places_[firsts_[cell.lattice] + cell.place] = kSounded;
-  const std::size_t count = lattices_.size();
-  for (std::size_t number = 0; number < count; ++number) {
-    if (lattices_[number].width() >= 2.0 * narrowest) sound_parts(number, chosen, view);
-  }
-  clear_cells();
+  lattices_.split(chosen, view, narrowest);
   lay(view);
   from.clear();
-  for (const Cell& cell : cells_) {
-    std::size_t lattice = cell.lattice, place = cell.place;
-    if (lattice >= count) {
-      const std::size_t columns = lattices_[lattice].columns;
-      place = (place / columns / 2) * (columns / 2) + place % columns / 2;
-      lattice = split_[lattice - count];
-    }
-    from.push_back(static_cast<std::size_t>(former_numbers_[firsts_[lattice] + place]));
-  }
-}
-
-// Add a lattice of cells half as long and wide as those of another one, and count its cells in place of the chosen ones
-// of that lattice.
-void PatchFace::sound_parts(std::size_t number, const std::vector<std::uint8_t>& chosen, const HeightWindow& view) {
-  const auto each_chosen = [&](auto&& visit) {
-    for (std::size_t i = 0; i < former_cells_.size(); ++i) {
-      if (chosen[i] && former_cells_[i].lattice == number) visit(former_cells_[i].place);
-    }
-  };
-  const std::size_t columns = lattices_[number].columns, across = 4 * columns + 1;
-  wanted_.clear();
-  each_chosen([&](std::size_t place) {
-    const std::size_t corner = 4 * (place / columns) * across + 4 * (place % columns);
-    for (std::size_t k = 0; k < 25; ++k) wanted_.push_back(corner + k / 5 * across + k % 5);
-  });
-  if (wanted_.empty()) return;
-  std::sort(wanted_.begin(), wanted_.end());
-  wanted_.erase(std::unique(wanted_.begin(), wanted_.end()), wanted_.end());
-  Lattice finer = lattices_[number];
-  finer.size /= 2, finer.columns *= 2, finer.rows *= 2;
-  const std::size_t own = lattices_.size(), first = places_.size(), first_node = nodes_.size();
-  split_.push_back(number);
-  lattices_.push_back(finer);
-  firsts_.push_back(first);
-  first_nodes_.push_back(first_node);
-  places_.resize(first + finer.cells(), kNone);
-  nodes_.resize(first_node + across * (2 * finer.rows + 1), kNowhere);
-  points_.clear();
-  for (const std::size_t node : wanted_) {
-    points_.push_back(finer.at(static_cast<double>(node % across) / 2, static_cast<double>(node / across) / 2));
-  }
-  view.map->heights(points_, found_);
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    nodes_[first_node + wanted_[i]] = seen_from(view, points_[i], found_[i]) - view.highest;
-  }
-  each_chosen([&](std::size_t place) {
-    places_[firsts_[number] + place] = kNone;
-    const std::size_t corner = 2 * (place / columns) * finer.columns + 2 * (place % columns);
-    for (const std::size_t part : {corner, corner + 1, corner + finer.columns, corner + finer.columns + 1}) {
-      if (nodes_of(own, part).under > 0) places_[first + part] = kSounded;
-    }
-  });
-}
-
-PatchFace::Nodes PatchFace::nodes_of(std::size_t number, std::size_t place) const {
-  const Lattice& lattice = lattices_[number];
-  const std::size_t across = 2 * lattice.columns + 1;
-  const double* nodes = nodes_.data() + first_nodes_[number];
-  Nodes found = {{}, 0, 0};
-  for (std::size_t k = 0; k < 9; ++k) {
-    const double over = nodes[(2 * (place / lattice.columns) + k / 3) * across + 2 * (place % lattice.columns) + k % 3];
-    found.over[k] = over;
-    found.under += over <= 0.0 ? 1 : 0;
-    found.finite += std::isfinite(over) ? 1 : 0;
-  }
-  return found;
+  for (const Cell& cell : cells_) from.push_back(lattices_.former(cell.lattice, cell.place));
 }
 
 void PatchFace::lay(const HeightWindow& view) {
-  const std::size_t first = cells_.size();
-  for (std::size_t number = 0; number < lattices_.size(); ++number) {
-    for (std::size_t place = 0; place < lattices_[number].cells(); ++place) {
-      std::int32_t& counts = places_[firsts_[number] + place];
-      if (counts == kSounded && !cut_out(view, number, place)) counts = kNone;
+  clear();
+  for (std::size_t lattice = 0; lattice < lattices_.size(); ++lattice) {
+    for (std::size_t place = 0; place < lattices_[lattice].cells(); ++place) {
+      if (lattices_.number(lattice, place) != SampledLattices::kCounted || cut_out(view, lattice, place)) continue;
+      lattices_.set_number(lattice, place, SampledLattices::kNone);
     }
   }
-  set_heights(view, first);
+  set_heights(view);
 }
 
 // Add a cell, without its height. False if too little of it counts.
 bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_t place) {
   const Lattice& lattice = lattices_[number];
   const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);
-  const Nodes nodes = nodes_of(number, place);
+  const SampledLattices::Nodes nodes = lattices_.nodes(number, place);
   Cell cell = {number, static_cast<std::uint32_t>(place), nodes.under == 9, lattice.cosine, lattice.sine,
                {lattice.size, lattice.width()}};
   Point middle = lattice.at(column + 0.5, row + 0.5);
   if (!cell.whole) {
-    Covered covered;
-    if (!cover({lattice, view, column, row, nodes.finite == 9 ? nodes.over : nullptr}, covered)) return false;
+    CoveredPart covered;
+    if (!find_covered({lattice, view, column, row, nodes.finite == 9 ? nodes.over : nullptr}, covered)) return false;
     middle = lattice.at(column + 0.5 + covered.x / lattice.size, row + 0.5 + covered.y / lattice.width());
     // Ends are only accurate to a fraction of a cell, so the middle of a sliver may be beyond the sheet.
     if (!view.map->bounds().holds(middle.x, middle.y)) return false;
@@ -310,33 +93,15 @@ bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_
 void PatchFace::find_ends(const HeightWindow& view, std::vector<std::uint8_t>& ends) const {
   ends = goes_on_;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    if (cells_[i].whole && goes_on_beside(view, cells_[i].lattice, cells_[i].place)) ends[i] = 1;
+    if (cells_[i].whole && lattices_.goes_on_beside(view, cells_[i].lattice, cells_[i].place)) ends[i] = 1;
   }
 }
 
-// Whether the body goes on beside a whole cell at an end of its lattice. Within the lattice, cells beside a whole one
-// count as well, because they share nodes with it.
-bool PatchFace::goes_on_beside(const HeightWindow& view, std::size_t number, std::size_t place) const {
-  const Lattice& lattice = lattices_[number];
-  const std::size_t column = place % lattice.columns, row = place / lattice.columns;
-  const auto goes_on = [&](double along, double across) {
-    const Point at = lattice.at(static_cast<double>(column) + 0.5 + along, static_cast<double>(row) + 0.5 + across);
-    for (std::size_t k = 0; k < lattices_.size(); ++k) {
-      std::size_t cell;
-      if (k != number && lattices_[k].holds(at, cell) && nodes_of(k, cell).under > 0) return false;
-    }
-    return std::isfinite(view.map->height(at.x, at.y));
-  };
-  const double out = 0.5 + kBeyond;
-  return (column == 0 && goes_on(-out, 0.0)) || (column + 1 == lattice.columns && goes_on(out, 0.0)) ||
-         (row == 0 && goes_on(0.0, -out)) || (row + 1 == lattice.rows && goes_on(0.0, out));
-}
-
-// Set heights and gradients of all cells from number `first` on. Heights are looked up together, because that is
+// Set heights and gradients of all cells, and number those that stay. Heights are looked up together, because that is
 // faster. Cells without a body above are removed.
-void PatchFace::set_heights(const HeightWindow& view, std::size_t first) {
+void PatchFace::set_heights(const HeightWindow& view) {
   points_.clear();
-  for (std::size_t i = first; i < cells_.size(); ++i) {
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
     const Point& middle = face_.centroids[i];
     const Arms arms = arms_of(cells_[i]);
     points_.insert(points_.end(), {{middle.x + arms.ends[0].x, middle.y + arms.ends[0].y},
@@ -345,17 +110,14 @@ void PatchFace::set_heights(const HeightWindow& view, std::size_t first) {
                                    {middle.x - arms.ends[1].x, middle.y - arms.ends[1].y}});
   }
   view.map->heights(points_, found_);
-  std::size_t kept = first;
-  for (std::size_t i = first; i < cells_.size(); ++i) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
     const Cell cell = cells_[i];
     Point gradient;
-    const double height = mean_height(view, i, 4 * (i - first), gradient);
-    std::int32_t& place = places_[firsts_[cell.lattice] + cell.place];
-    if (!std::isfinite(height)) {
-      place = kNone;
-      continue;
-    }
-    place = static_cast<std::int32_t>(kept);
+    const double height = mean_height(view, i, gradient);
+    const bool stays = std::isfinite(height);
+    lattices_.set_number(cell.lattice, cell.place, stays ? static_cast<std::int32_t>(kept) : SampledLattices::kNone);
+    if (!stays) continue;
     cells_[kept] = cell, goes_on_[kept] = goes_on_[i], face_.centroids[kept] = face_.centroids[i];
     face_.areas.push_back(cell.sides[0] * cell.sides[1]);
     heights_.push_back(height);
@@ -363,100 +125,6 @@ void PatchFace::set_heights(const HeightWindow& view, std::size_t first) {
     ++kept;
   }
   cells_.resize(kept), goes_on_.resize(kept), face_.centroids.resize(kept);
-}
-
-// Find the part of a cell below the view's limit, on lines in both directions, so that the result does not depend on
-// how the scene is turned. False if the part is too small.
-bool PatchFace::cover(const CutCell& cut, Covered& covered) const {
-  Covered found[2] = {};
-  const int along = sweep(cut, true, found[0]), across = sweep(cut, false, found[1]);
-  // Lines along a narrow part hit or miss it as a whole. Lines across it are more accurate.
-  covered = {};
-  for (int k = 0; k < 2; ++k) {
-    const int own = k == 0 ? along : across, other = k == 0 ? across : along;
-    const double share = own == other ? 0.5 : own > other ? 1.0 : 0.0;
-    covered.area += share * found[k].area;
-    covered.x += share * found[k].x, covered.y += share * found[k].y;
-    covered.xx += share * found[k].xx, covered.xy += share * found[k].xy, covered.yy += share * found[k].yy;
-  }
-  const double whole = covered.area, cell = cut.lattice.size * cut.lattice.width();
-  if (!(whole > kLeastShare * cell)) return false;
-  covered.x /= whole, covered.y /= whole;
-  covered.xx = covered.xx / whole - covered.x * covered.x;
-  covered.yy = covered.yy / whole - covered.y * covered.y;
-  covered.xy = covered.xy / whole - covered.x * covered.y;
-  // A part that only one line meets has no width except rounding.
-  const double least = kLeastWidth * kLeastWidth * cell;
-  return covered.xx > least && covered.yy > least;
-}
-
-// Add the area and moments of the part, from lines in one direction. Returns the number of lines that meet it.
-int PatchFace::sweep(const CutCell& cut, bool along, Covered& sum) const {
-  int hits = 0;
-  const double size = cut.lattice.size, other_size = cut.lattice.width();
-  const double length = along ? size : other_size, width = along ? other_size : size;
-  for (int line = 0; line < 3; ++line) {
-    double low, high;
-    if (cut.over != nullptr ? !between_nodes(cut.over, along, kLines[line], low, high)
-                            : !search_ends(cut, along, kLines[line], low, high)) {
-      continue;
-    }
-    ++hits;
-    low *= length, high *= length;
-    const double weight = (high - low) * width * kWeights[line], middle = (low + high) / 2;
-    const double square = (high * high + high * low + low * low) / 3, other = kLines[line] * width;
-    sum.area += weight;
-    sum.x += weight * (along ? middle : other);
-    sum.y += weight * (along ? other : middle);
-    sum.xx += weight * (along ? square : other * other);
-    sum.yy += weight * (along ? other * other : square);
-    sum.xy += weight * middle * other;
-  }
-  return hits;
-}
-
-// The same as between_nodes(), by a search along the line, for cells that the body does not cover entirely.
-bool PatchFace::search_ends(const CutCell& cut, bool along, double line, double& low, double& high) const {
-  const auto point = [&](double part) {
-    const double u = along ? part : line, v = along ? line : part;
-    return cut.lattice.at(cut.column + 0.5 + u, cut.row + 0.5 + v);
-  };
-  const Segment whole = {point(-0.5), point(0.5)};
-  const double plane[2] = {cut.view.highest - seen_from(cut.view, whole.start, 0.0),
-                           cut.view.highest - seen_from(cut.view, whole.end, 0.0)};
-  SegmentPart found;
-  if (cut.view.map->part_below(whole, plane, found)) {
-    low = found.low - 0.5, high = found.high - 0.5;
-    return !found.is_empty();
-  }
-  const auto above = [&](double part) { return seen(cut.view, point(part)) - cut.view.highest; };
-  double heights[kSteps + 1];
-  int first = -1, last = -1;
-  for (int step = 0; step <= kSteps; ++step) {
-    heights[step] = above(static_cast<double>(step) / kSteps - 0.5);
-    if (heights[step] > 0.0) continue;
-    if (first < 0) first = step;
-    last = step;
-  }
-  if (first < 0) return false;
-  const auto end = [&](int inner, int outer) {
-    double inside = static_cast<double>(inner) / kSteps - 0.5;
-    if (outer < 0 || outer > kSteps) return inside;
-    double outside = static_cast<double>(outer) / kSteps - 0.5;
-    double below = heights[inner], beyond = heights[outer];
-    for (int step = 0; step < kBisections && !std::isfinite(beyond); ++step) {
-      const double middle = (inside + outside) / 2, there = above(middle);
-      if (there > 0.0) {
-        outside = middle, beyond = there;
-      } else {
-        inside = middle, below = there;
-      }
-    }
-    return std::isfinite(beyond) ? inside + (outside - inside) * below / (below - beyond) : (inside + outside) / 2;
-  };
-  low = end(first, first - 1);
-  high = end(last, last + 1);
-  return true;
 }
 
 // Offsets from a cell's middle to its sample points, of which there is one on either side along both axes.
@@ -467,19 +135,18 @@ PatchFace::Arms PatchFace::arms_of(const Cell& cell) {
 }
 
 // Mean height over a cell from the heights at its four sample points, and its gradient. The mean is exact for a
-// quadratic surface. Points without a body above are left out. `looked_at`: index of the cell's first sample point in
-// points_.
-double PatchFace::mean_height(const HeightWindow& view, std::size_t own, std::size_t looked_at, Point& gradient) const {
+// quadratic surface. Points without a body above are left out.
+double PatchFace::mean_height(const HeightWindow& view, std::size_t own, Point& gradient) const {
   const Cell& cell = cells_[own];
   double sum = 0.0, heights[4];
   int count = 0;
   for (std::size_t k = 0; k < 4; ++k) {
-    heights[k] = seen_from(view, points_[looked_at + k], found_[looked_at + k]);
+    heights[k] = view.measured(points_[4 * own + k], found_[4 * own + k]);
     if (!std::isfinite(heights[k])) continue;
     sum += heights[k];
     ++count;
   }
-  const double middle = count < 4 ? seen(view, face_.centroids[own]) : 0.0;
+  const double middle = count < 4 ? view.height(face_.centroids[own]) : 0.0;
   const Arms arms = arms_of(cell);
   double slopes[2];
   for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -489,48 +156,13 @@ double PatchFace::mean_height(const HeightWindow& view, std::size_t own, std::si
   return count > 0 ? sum / count : middle;
 }
 
-void PatchFace::trim(const HeightWindow& view, double least, double most, Region& region) const {
-  const double c = std::cos(region.angle), s = std::sin(region.angle);
-  const Rectangle bounds = view.map->bounds();
-  const double farthest = std::hypot(bounds.east - bounds.west, bounds.north - bounds.south);
-  double ends[2][2];
-  for (int axis = 0; axis < 2; ++axis) {
-    const double half = (axis == 0 ? region.width : region.height) / 2;
-    const double breadth = axis == 0 ? region.height : region.width;
-    // There is no body farther away than its bounds are wide.
-    const double first = std::min(most * half, std::max(farthest, half)), last = least * half;
-    for (int side = 0; side < 2; ++side) {
-      const double sign = side == 0 ? -1.0 : 1.0;
-      const auto counts = [&](double away) {
-        return std::any_of(std::begin(kTrimLines), std::end(kTrimLines), [&](double line) {
-          const double along = sign * away, across = line * breadth;
-          const double x = axis == 0 ? along : across, y = axis == 0 ? across : along;
-          return seen(view, {region.centre.x + c * x - s * y, region.centre.y + s * x + c * y}) <= view.highest;
-        });
-      };
-      double outside = first, inside = outside;
-      bool found = counts(inside);
-      for (int step = 1; step <= kTrimSteps && !found; ++step) {
-        outside = inside;
-        inside = first + (last - first) * static_cast<double>(step) / kTrimSteps;
-        found = counts(inside);
-      }
-      if (!found) outside = inside = half;  // no end was found, so this side stays
-      for (int step = 0; step < kBisections && outside > inside; ++step) {
-        const double middle = (inside + outside) / 2;
-        (counts(middle) ? inside : outside) = middle;
-      }
-      ends[axis][side] = sign * inside;
-    }
-  }
-  const double x = (ends[0][0] + ends[0][1]) / 2, y = (ends[1][0] + ends[1][1]) / 2;
-  region = {{region.centre.x + c * x - s * y, region.centre.y + s * x + c * y}, region.angle, ends[0][1] - ends[0][0],
-            ends[1][1] - ends[1][0]};
+std::int32_t PatchFace::number_beside(std::size_t own, int columns, int rows) const {
+  return lattices_.beside(cells_[own].lattice, cells_[own].place, columns, rows);
 }
 
-std::int32_t PatchFace::cell_at(std::size_t lattice, std::size_t column, std::size_t row) const {
-  const Lattice& own = lattices_[lattice];
-  return column < own.columns && row < own.rows ? places_[firsts_[lattice] + row * own.columns + column] : kNone;
+std::int32_t PatchFace::whole_beside(std::size_t own, int columns, int rows) const {
+  const std::int32_t number = number_beside(own, columns, rows);
+  return number >= 0 && cells_[static_cast<std::size_t>(number)].whole ? number : -1;
 }
 
 // Visit all pairs of neighbours in a lattice of which one presses at least, with what their heights and gradients
@@ -538,11 +170,9 @@ std::int32_t PatchFace::cell_at(std::size_t lattice, std::size_t column, std::si
 template <typename Visit>
 void PatchFace::each_pair(const std::vector<std::uint8_t>& pressed, Visit&& visit) const {
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    const std::size_t lattice = cells_[i].lattice, columns = lattices_[lattice].columns;
-    const std::size_t column = cells_[i].place % columns, row = cells_[i].place / columns;
-    for (const std::int32_t place : {cell_at(lattice, column + 1, row), cell_at(lattice, column, row + 1)}) {
-      if (place < 0) continue;
-      const auto next = static_cast<std::size_t>(place);
+    for (const std::int32_t beside : {number_beside(i, 1, 0), number_beside(i, 0, 1)}) {
+      if (beside < 0) continue;
+      const auto next = static_cast<std::size_t>(beside);
       if (!pressed[i] && !pressed[next]) continue;
       const double x = face_.centroids[next].x - face_.centroids[i].x;
       const double y = face_.centroids[next].y - face_.centroids[i].y;
@@ -569,14 +199,20 @@ void PatchFace::find_rough(const std::vector<std::uint8_t>& pressed, double leas
   });
 }
 
+void PatchFace::find_rim(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& rim) const {
+  rim.assign(cells_.size(), 0);
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    const bool within = cells_[i].whole && number_beside(i, 1, 0) >= 0 && number_beside(i, -1, 0) >= 0 &&
+                        number_beside(i, 0, 1) >= 0 && number_beside(i, 0, -1) >= 0;
+    rim[i] = pressed[i] && !within;
+  }
+}
+
 void PatchFace::find_around(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& around) const {
   around = pressed;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    const std::size_t lattice = cells_[i].lattice, columns = lattices_[lattice].columns;
-    const std::size_t column = cells_[i].place % columns, row = cells_[i].place / columns;
-    for (std::size_t k = 0; k < 9 && !around[i]; ++k) {
-      // The number before the first column or row is a very large one, which no lattice has.
-      const std::int32_t beside = cell_at(lattice, column + k % 3 - 1, row + k / 3 - 1);
+    for (int k = 0; k < 9 && !around[i]; ++k) {
+      const std::int32_t beside = number_beside(i, k % 3 - 1, k / 3 - 1);
       if (beside >= 0 && pressed[static_cast<std::size_t>(beside)]) around[i] = 1;
     }
   }
@@ -642,16 +278,8 @@ void PatchFace::place_quadrature(double resolution) {
 // Centroids without those between two neighbours in a row, which cannot be corners of the hull.
 std::vector<Point> PatchFace::outermost() const {
   std::vector<Point> points;
-  const auto whole = [&](std::size_t lattice, std::size_t column, std::size_t row) {
-    const std::int32_t place = cell_at(lattice, column, row);
-    return place >= 0 && cells_[static_cast<std::size_t>(place)].whole;
-  };
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    const Cell& cell = cells_[i];
-    const std::size_t columns = lattices_[cell.lattice].columns;
-    const std::size_t column = cell.place % columns, row = cell.place / columns;
-    const bool between =
-        cell.whole && column > 0 && whole(cell.lattice, column - 1, row) && whole(cell.lattice, column + 1, row);
+    const bool between = cells_[i].whole && whole_beside(i, -1, 0) >= 0 && whole_beside(i, 1, 0) >= 0;
     if (!between) points.push_back(face_.centroids[i]);
   }
   return points;
@@ -725,7 +353,8 @@ void PatchFace::integrate(const Lattice& lattice, std::size_t first, std::size_t
 class PatchFace::ShearByOffset {
  public:
   explicit ShearByOffset(const PatchFace& face) : face_(face) {
-    for (const Lattice& lattice : face.lattices_) {
+    for (std::size_t k = 0; k < face.lattices_.size(); ++k) {
+      const Lattice& lattice = face.lattices_[k];
       firsts_.push_back(found_.size());
       found_.resize(found_.size() + 2 * lattice.columns * lattice.rows, {kNowhere, 0.0, 0.0, 0.0, 0.0});
     }
@@ -816,18 +445,14 @@ void PatchFace::add_edges() {
       for (int k = 0; k < 4; ++k) add(corners[k], corners[(k + 1) % 4], own, -1);
       continue;
     }
-    const std::size_t column = cell.place % lattice.columns, row = cell.place / lattice.columns;
-    const auto whole = [&](std::size_t to_column, std::size_t to_row) {
-      const std::int32_t place = cell_at(cell.lattice, to_column, to_row);
-      return place >= 0 && cells_[static_cast<std::size_t>(place)].whole ? place : -1;
-    };
-    const auto x = static_cast<double>(column), y = static_cast<double>(row);
+    const auto x = static_cast<double>(cell.place % lattice.columns);
+    const auto y = static_cast<double>(cell.place / lattice.columns);
     const Point corners[4] = {lattice.at(x, y), lattice.at(x + 1, y), lattice.at(x + 1, y + 1), lattice.at(x, y + 1)};
     // Its right and upper edges; also the left and lower ones if no neighbour adds them.
-    add(corners[1], corners[2], own, whole(column + 1, row));
-    add(corners[2], corners[3], own, whole(column, row + 1));
-    if (column == 0 || whole(column - 1, row) < 0) add(corners[3], corners[0], own, -1);
-    if (row == 0 || whole(column, row - 1) < 0) add(corners[0], corners[1], own, -1);
+    add(corners[1], corners[2], own, whole_beside(i, 1, 0));
+    add(corners[2], corners[3], own, whole_beside(i, 0, 1));
+    if (whole_beside(i, -1, 0) < 0) add(corners[3], corners[0], own, -1);
+    if (whole_beside(i, 0, -1) < 0) add(corners[0], corners[1], own, -1);
   }
 }
 

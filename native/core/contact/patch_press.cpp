@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "contact/cells/covered_part.hpp"
+
 namespace mjtactile {
 namespace {
 
@@ -263,19 +265,34 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
 // the most uneven ones.
 void PatchPress::choose_to_split(const LawOptions& options, bool all) {
   const double most = std::min(kMostSplit * static_cast<double>(options.cells), kManySplit);
-  const auto too_many = [this, most] {
-    const auto count = static_cast<double>(std::count(chosen_.begin(), chosen_.end(), 1));
-    return count > 0.0 && static_cast<double>(chosen_.size()) + 3.0 * count > most;
-  };
   if (all) {
     laid_.cells.find_around(laid_.contact.pressed(), chosen_);
-    if (!too_many()) return;
+    if (!too_many_to_split(most)) return;
   }
   double least = kUneven * laid_.contact.indentation();
   do {
     laid_.cells.find_rough(laid_.contact.pressed(), least, chosen_);
     least *= kMoreUneven;
-  } while (too_many());
+  } while (too_many_to_split(most));
+}
+
+// Whether there would be more than `most` cells if the chosen ones were split.
+bool PatchPress::too_many_to_split(double most) const {
+  const auto count = static_cast<double>(std::count(chosen_.begin(), chosen_.end(), 1));
+  return count > 0.0 && static_cast<double>(chosen_.size()) + 3.0 * count > most;
+}
+
+void PatchPress::refine_rim(const HeightMap& map, const ContactSurface& surface, const double* wrench,
+                            CellContact::Workspace& workspace) {
+  const LawOptions& options = surface.options;
+  const double most = options.tangential->couples() ? kManySheared : kManySplit;
+  if (!options.law->couples() || !laid_.contact.exact()) return;
+  laid_.cells.find_rim(laid_.contact.pressed(), chosen_);
+  if (too_many_to_split(most)) return;
+  best_ = laid_;
+  if (split_pressed({map, surface, options, wrench, workspace, {}, {}})) return;
+  std::swap(laid_, best_);
+  place(surface, workspace);
 }
 
 // Split the chosen cells and press the body on the new ones. False if no contact is found.
@@ -597,14 +614,15 @@ bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, 
   }
   wanted = std::min(wanted, most);
   set_regions();
+  SampledLattices& lattices = laid_.cells.lattices();
   double coarser = 1.0;
   for (int round = 0; round < kRounds; ++round) {
-    laid_.cells.clear();
+    lattices.clear();
     for (std::size_t k = 0; k < spots_.size(); ++k) {
-      laid_.cells.sound(lattice_over(k, options, view, wanted, coarser), laid_.seen, {regions_, k});
+      lattices.add(lattice_over(k, options, view, wanted, coarser), laid_.seen, {regions_, k});
     }
-    laid_.cells.settle(regions_);
-    const auto count = static_cast<double>(laid_.cells.sounded());
+    lattices.settle(regions_);
+    const auto count = static_cast<double>(lattices.counted());
     if (round == 0 && count < kTooFew * wanted && options.law->shapes()) {
       // The body ends, or rises more steeply, than was assumed.
       coarser = std::max(count / wanted, kLeastFiner);
@@ -630,7 +648,7 @@ void PatchPress::set_regions() {
     Region region = spot.region.lengthwise();
     // A line into a bent or hollow region may meet nothing of the body for a long way, so most of it is kept.
     const bool open = spot.area < kOpen * spot.region.area() && region.width < kElongated * region.height;
-    laid_.cells.trim(laid_.seen, open ? kTrimmed : 0.0, wider, region);
+    trim(laid_.seen, open ? kTrimmed : 0.0, wider, region);
     regions_.push_back(region.lengthwise());
   }
 }
@@ -740,7 +758,7 @@ double PatchPress::lowered_at_origin() const {
 }
 
 InclinedPlane PatchPress::reached() const {
-  const PatchFace::HeightWindow& seen = laid_.seen;
+  const HeightWindow& seen = laid_.seen;
   const double* slopes = laid_.contact.slopes();
   const bool tilts = slopes[0] != 0.0 || slopes[1] != 0.0;
   const double lowered = tilts ? lowered_at_origin() : laid_.contact.lowered();

@@ -24,6 +24,10 @@ class PatchPress {
   // curved pad all arguments are in the frame of the surface's plane, and heights are those above the surface.
   bool solve(const HeightMap& map, const ContactSurface& surface, const double* wrench,
              CellContact::Workspace& workspace);
+  // After solve(), with the same arguments: press again with the cells at the body's rim split, where the pressure of a
+  // flat face rises. The contact stays as it is under laws that spread no pressure, and if the cells were too many.
+  void refine_rim(const HeightMap& map, const ContactSurface& surface, const double* wrench,
+                  CellContact::Workspace& workspace);
   // Solve again on the same cells, where other bodies have lowered the surface under them by `sunk` (cells) [m].
   void press_again(const ContactSurface& surface, const double* wrench, const std::vector<double>& sunk,
                    CellContact::Workspace& workspace);
@@ -40,7 +44,7 @@ class PatchPress {
   const std::vector<Point>& gradients() const { return laid_.cells.gradients(); }
   const Face& face() const { return laid_.cells.face(); }
   // The view from which the heights are measured.
-  const PatchFace::HeightWindow& view() const { return laid_.seen; }
+  const HeightWindow& view() const { return laid_.seen; }
   void integrate_shear(ShearIntegrals& integrals) const { laid_.cells.integrate_shear(integrals); }
   // Slope by which the body tilts from its pose in the simulation [-].
   double tilt() const;
@@ -125,6 +129,7 @@ class PatchPress {
   bool press_nested(const Problem& problem, const Looks& looks);
   bool press_generous(const Problem& problem, Viewpoint view);
   void choose_to_split(const LawOptions& options, bool all);
+  bool too_many_to_split(double most) const;
   bool split_pressed(const Problem& problem);
   double lifted(const double* slopes) const;
   // Whether all cells press, and the body has no other part over the sheet that could.
@@ -162,7 +167,7 @@ class PatchPress {
     PatchFace cells;
     BentCells bent;
     CellContact contact;
-    PatchFace::HeightWindow seen = {};
+    HeightWindow seen = {};
     std::vector<double> heights;
   };
 

@@ -1,0 +1,209 @@
+#include "contact/cells/sampled_lattices.hpp"
+
+#include <algorithm>
+
+namespace mjtactile {
+namespace {
+
+// A lattice grows if the body continues at this distance beyond it, over the size of a cell, at most kGrowths times.
+constexpr double kBeyond = 0.25;
+constexpr std::size_t kGrowths = 12;
+// Two regions are of unlike size if the area of the smaller is less than this fraction of the other's.
+constexpr double kUnlike = 0.5;
+
+// Add rows and columns of cells on the sides where the body continues beyond the lattice.
+void grow(const HeightWindow& view, const SampledLattices::Territory& territory, Lattice& lattice) {
+  const auto counts = [&](double column, double row) {
+    const Point at = lattice.at(column, row);
+    return view.height(at) <= view.highest && !territory.lost(at);
+  };
+  for (std::size_t growth = 0; growth < kGrowths; ++growth) {
+    const auto columns = static_cast<double>(lattice.columns), rows = static_cast<double>(lattice.rows);
+    bool beyond[4] = {};   // west, east, south, north
+    for (double row = 0.5; row < rows; ++row) {
+      beyond[0] = beyond[0] || (counts(-kBeyond, row) && counts(0.5, row));
+      beyond[1] = beyond[1] || (counts(columns + kBeyond, row) && counts(columns - 0.5, row));
+    }
+    for (double column = 0.5; column < columns; ++column) {
+      beyond[2] = beyond[2] || (counts(column, -kBeyond) && counts(column, 0.5));
+      beyond[3] = beyond[3] || (counts(column, rows + kBeyond) && counts(column, rows - 0.5));
+    }
+    if (!beyond[0] && !beyond[1] && !beyond[2] && !beyond[3]) return;
+    // The new middle, in coordinates of the old lattice.
+    const double along = (columns + (beyond[1] ? 1.0 : 0.0) - (beyond[0] ? 1.0 : 0.0)) / 2;
+    const double across = (rows + (beyond[3] ? 1.0 : 0.0) - (beyond[2] ? 1.0 : 0.0)) / 2;
+    const Point centre = lattice.at(along, across);
+    lattice.columns += (beyond[0] ? 1u : 0u) + (beyond[1] ? 1u : 0u);
+    lattice.rows += (beyond[2] ? 1u : 0u) + (beyond[3] ? 1u : 0u);
+    lattice.centre = centre;
+  }
+}
+
+}  // namespace
+
+// The order of regions must not decide between equal parts of a body, because it changes as the body turns.
+bool SampledLattices::Territory::lost(const Point& at) const {
+  const Region& here = regions[own];
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    const Region& other = regions[i];
+    if (i == own || !other.holds(at)) continue;
+    const double ratio = other.area() / here.area();
+    if (ratio < kUnlike || (ratio <= 1.0 / kUnlike && other.away(at) < here.away(at))) return true;
+  }
+  return false;
+}
+
+void SampledLattices::clear() {
+  lattices_.clear();
+  firsts_.clear();
+  first_nodes_.clear();
+  numbers_.clear();
+  nodes_.clear();
+  counted_ = 0;
+}
+
+// Add a lattice of which no cell counts and no node is sampled.
+void SampledLattices::append(const Lattice& lattice) {
+  lattices_.push_back(lattice);
+  firsts_.push_back(numbers_.size());
+  first_nodes_.push_back(nodes_.size());
+  numbers_.resize(numbers_.size() + lattice.cells(), kNone);
+  nodes_.resize(nodes_.size() + (2 * lattice.columns + 1) * (2 * lattice.rows + 1), kNowhere);
+}
+
+// Sample the wanted nodes of the last lattice, at points_. They are looked up together, because that is faster.
+void SampledLattices::sample(const HeightWindow& view) {
+  view.map->heights(points_, found_);
+  double* nodes = nodes_.data() + first_nodes_.back();
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    nodes[wanted_[i]] = view.measured(points_[i], found_[i]) - view.highest;
+  }
+}
+
+void SampledLattices::add(Lattice lattice, const HeightWindow& view, const Territory& territory) {
+  grow(view, territory, lattice);
+  append(lattice);
+  points_.clear();
+  wanted_.clear();
+  for (std::size_t row = 0; row <= 2 * lattice.rows; ++row) {
+    for (std::size_t column = 0; column <= 2 * lattice.columns; ++column) {
+      wanted_.push_back(wanted_.size());
+      points_.push_back(lattice.at(static_cast<double>(column) / 2, static_cast<double>(row) / 2));
+    }
+  }
+  sample(view);
+  for (std::size_t place = 0; place < lattice.cells(); ++place) {
+    if (nodes(size() - 1, place).under == 0 || territory.lost(lattice.middle(place))) continue;
+    set_number(size() - 1, place, kCounted);
+    ++counted_;
+  }
+}
+
+void SampledLattices::settle(const std::vector<Region>& regions) {
+  twice_.clear();
+  for (std::size_t own = 0; size() > 1 && own < size(); ++own) {
+    const Lattice& lattice = lattices_[own];
+    for (std::size_t place = 0; place < lattice.cells(); ++place) {
+      if (number(own, place) != kCounted) continue;
+      const Point at = lattice.middle(place);
+      if (regions[own].holds(at)) continue;
+      for (std::size_t other = 0; other < size(); ++other) {
+        std::size_t cell;
+        if (other == own || !lattices_[other].holds(at, cell) || number(other, cell) != kCounted) continue;
+        if (!regions[other].holds(at) && regions[other].away(at) >= regions[own].away(at)) continue;
+        twice_.push_back(firsts_[own] + place);
+        break;
+      }
+    }
+  }
+  for (const std::size_t place : twice_) numbers_[place] = kNone;
+  counted_ -= twice_.size();
+}
+
+void SampledLattices::split(const std::vector<std::uint8_t>& chosen, const HeightWindow& view, double narrowest) {
+  former_ = numbers_;
+  for (std::int32_t& one : numbers_) one = one >= 0 ? kCounted : kNone;
+  splits_.clear();
+  const std::size_t count = size();
+  for (std::size_t own = 0; own < count; ++own) {
+    if (lattices_[own].width() >= 2.0 * narrowest) split_lattice(own, chosen, view);
+  }
+}
+
+// Add a lattice of cells half as long and wide as those of another one, and count its cells in place of the chosen ones
+// of that lattice.
+void SampledLattices::split_lattice(std::size_t own, const std::vector<std::uint8_t>& chosen,
+                                    const HeightWindow& view) {
+  const std::size_t columns = lattices_[own].columns, across = 4 * columns + 1;
+  const auto each_chosen = [&](auto&& visit) {
+    for (std::size_t place = 0; place < lattices_[own].cells(); ++place) {
+      const std::int32_t former = former_[firsts_[own] + place];
+      if (former >= 0 && chosen[static_cast<std::size_t>(former)]) visit(place);
+    }
+  };
+  wanted_.clear();
+  each_chosen([&](std::size_t place) {
+    const std::size_t corner = 4 * (place / columns) * across + 4 * (place % columns);
+    for (std::size_t k = 0; k < 25; ++k) wanted_.push_back(corner + k / 5 * across + k % 5);
+  });
+  if (wanted_.empty()) return;
+  std::sort(wanted_.begin(), wanted_.end());
+  wanted_.erase(std::unique(wanted_.begin(), wanted_.end()), wanted_.end());
+  Lattice finer = lattices_[own];
+  finer.size /= 2, finer.columns *= 2, finer.rows *= 2;
+  splits_.push_back(own);
+  append(finer);
+  points_.clear();
+  for (const std::size_t node : wanted_) {
+    points_.push_back(finer.at(static_cast<double>(node % across) / 2, static_cast<double>(node / across) / 2));
+  }
+  sample(view);
+  each_chosen([&](std::size_t place) {
+    set_number(own, place, kNone);
+    const std::size_t corner = 2 * (place / columns) * finer.columns + 2 * (place % columns);
+    for (const std::size_t part : {corner, corner + 1, corner + finer.columns, corner + finer.columns + 1}) {
+      if (nodes(size() - 1, part).under > 0) set_number(size() - 1, part, kCounted);
+    }
+  });
+}
+
+std::size_t SampledLattices::former(std::size_t lattice, std::size_t place) const {
+  const std::size_t before = size() - splits_.size();   // lattices before the split
+  if (lattice >= before) {
+    const std::size_t columns = lattices_[lattice].columns;
+    place = (place / columns / 2) * (columns / 2) + place % columns / 2;
+    lattice = splits_[lattice - before];
+  }
+  return static_cast<std::size_t>(former_[firsts_[lattice] + place]);
+}
+
+SampledLattices::Nodes SampledLattices::nodes(std::size_t lattice, std::size_t place) const {
+  const std::size_t columns = lattices_[lattice].columns, across = 2 * columns + 1;
+  const double* corner = nodes_.data() + first_nodes_[lattice] + 2 * (place / columns) * across + 2 * (place % columns);
+  Nodes found = {{}, 0, 0};
+  for (std::size_t k = 0; k < 9; ++k) {
+    const double over = corner[k / 3 * across + k % 3];
+    found.over[k] = over;
+    found.under += over <= 0.0 ? 1 : 0;
+    found.finite += std::isfinite(over) ? 1 : 0;
+  }
+  return found;
+}
+
+bool SampledLattices::goes_on_beside(const HeightWindow& view, std::size_t lattice, std::size_t place) const {
+  const Lattice& own = lattices_[lattice];
+  const std::size_t column = place % own.columns, row = place / own.columns;
+  const auto goes_on = [&](double along, double across) {
+    const Point at = own.at(static_cast<double>(column) + 0.5 + along, static_cast<double>(row) + 0.5 + across);
+    for (std::size_t k = 0; k < size(); ++k) {
+      std::size_t cell;
+      if (k != lattice && lattices_[k].holds(at, cell) && nodes(k, cell).under > 0) return false;
+    }
+    return std::isfinite(view.map->height(at.x, at.y));
+  };
+  const double out = 0.5 + kBeyond;
+  return (column == 0 && goes_on(-out, 0.0)) || (column + 1 == own.columns && goes_on(out, 0.0)) ||
+         (row == 0 && goes_on(0.0, -out)) || (row + 1 == own.rows && goes_on(0.0, out));
+}
+
+}  // namespace mjtactile

@@ -1,0 +1,86 @@
+// Lattices of cells over the spots where a body may touch, with the body's heights at the cells' nodes.
+//
+// They say which cells count, because the body stands low enough over some node, and number the cells that are laid.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "contact/cells/lattice.hpp"
+#include "geometry/height_window.hpp"
+
+namespace mjtactile {
+
+class SampledLattices {
+ public:
+  // The regions of all spots, and the one of them that a lattice is for.
+  struct Territory {
+    const std::vector<Region>& regions;
+    std::size_t own;
+    // Whether a point belongs to another region. Of regions of unlike size, the smaller one has it. Of others, the one
+    // whose middle is nearer has it.
+    bool lost(const Point& at) const;
+  };
+  // Heights minus the limit at a cell's corners, middles of its sides and middle [m].
+  struct Nodes {
+    double over[9];
+    int under, finite;   // at how many of them the body is low enough; at how many there is a body at all
+  };
+  // Of a place whose cell does not count; and of one whose cell counts but has no number yet.
+  static constexpr std::int32_t kNone = -1, kCounted = -2;
+
+  // Remove all lattices.
+  void clear();
+  // Add a lattice, grown as far as the body goes on, and count its cells over which the body stands low enough.
+  void add(Lattice lattice, const HeightWindow& view, const Territory& territory);
+  // Where a lattice has grown out of its region over cells of another one, count the cells of one of them. `regions`:
+  // those of the lattices.
+  void settle(const std::vector<Region>& regions);
+  // Replace numbered cells by up to four each, half as long and half as wide, but by none narrower than `narrowest`.
+  // They are cells of further lattices. `chosen`: whether to replace the cell of each number. No cell has a number then.
+  void split(const std::vector<std::uint8_t>& chosen, const HeightWindow& view, double narrowest);
+
+  std::size_t size() const { return lattices_.size(); }
+  const Lattice& operator[](std::size_t lattice) const { return lattices_[lattice]; }
+  std::size_t counted() const { return counted_; }   // number of cells that count, before any were split
+  // The number of a lattice's cell, or one of the constants. `place`: row by row in the lattice.
+  std::int32_t number(std::size_t lattice, std::size_t place) const { return numbers_[firsts_[lattice] + place]; }
+  void set_number(std::size_t lattice, std::size_t place, std::int32_t number) {
+    numbers_[firsts_[lattice] + place] = number;
+  }
+  // The number of the cell that stands some columns and rows away from another one; negative if there is none.
+  std::int32_t beside(std::size_t lattice, std::size_t place, int columns, int rows) const {
+    const Lattice& own = lattices_[lattice];
+    // A number before the first column or row is a very large one, which no lattice has.
+    const std::size_t column = place % own.columns + static_cast<std::size_t>(columns);
+    const std::size_t row = place / own.columns + static_cast<std::size_t>(rows);
+    return column < own.columns && row < own.rows ? number(lattice, row * own.columns + column) : kNone;
+  }
+  // The number before the last split of a cell, or of the one that it is a part of.
+  std::size_t former(std::size_t lattice, std::size_t place) const;
+  Nodes nodes(std::size_t lattice, std::size_t place) const;
+  // Whether the body goes on beside a whole cell at an end of its lattice. Within the lattice, cells beside a whole one
+  // count as well, because they share nodes with it.
+  bool goes_on_beside(const HeightWindow& view, std::size_t lattice, std::size_t place) const;
+
+ private:
+  void append(const Lattice& lattice);
+  void sample(const HeightWindow& view);
+  void split_lattice(std::size_t lattice, const std::vector<std::uint8_t>& chosen, const HeightWindow& view);
+
+  std::vector<Lattice> lattices_;
+  std::vector<std::size_t> firsts_, first_nodes_;   // where each lattice's places and nodes begin
+  std::vector<std::int32_t> numbers_, former_;      // by place: the cells' numbers, and those before the last split
+  std::vector<double> nodes_;                       // heights minus the limit [m]; infinite where they are not needed
+  std::vector<std::size_t> splits_;                 // for each lattice of the last split, the one that it splits
+  std::size_t counted_ = 0;
+  // Members, so that no step allocates them anew.
+  std::vector<std::size_t> wanted_;                 // nodes of the last lattice that are sampled,
+  std::vector<Point> points_;                       // where they are,
+  std::vector<double> found_;                       // and the body's heights there [m]
+  std::vector<std::size_t> twice_;                  // places of cells that another lattice has
+};
+
+}  // namespace mjtactile
