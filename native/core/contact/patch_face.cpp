@@ -12,6 +12,8 @@ namespace {
 
 // Rectangles of parts whose variances have at least this ratio are turned along the part's length.
 constexpr double kSlanted = 2.25;
+// Columns and rows from a cell to those that share a side with it.
+constexpr int kSides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
 // Cells longer than this, over the compliance's resolution, have quadrature points.
 constexpr double kSpread = 1.0;
 // A rectangle may exceed the room up to the sheet's edge by this fraction, because rounding must not decide whether one
@@ -202,9 +204,17 @@ void PatchFace::find_rough(const std::vector<std::uint8_t>& pressed, double leas
 void PatchFace::find_rim(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& rim) const {
   rim.assign(cells_.size(), 0);
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    const bool within = cells_[i].whole && number_beside(i, 1, 0) >= 0 && number_beside(i, -1, 0) >= 0 &&
-                        number_beside(i, 0, 1) >= 0 && number_beside(i, 0, -1) >= 0;
-    rim[i] = pressed[i] && !within;
+    rim[i] = pressed[i] && !cells_[i].whole;
+    for (const auto& [columns, rows] : kSides) rim[i] |= pressed[i] && number_beside(i, columns, rows) < 0;
+  }
+}
+
+void PatchFace::add_ends(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& to) const {
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    for (const auto& [columns, rows] : kSides) {
+      const std::int32_t beside = number_beside(i, columns, rows);
+      if (beside >= 0 && pressed[static_cast<std::size_t>(beside)] != pressed[i]) to[i] = 1;
+    }
   }
 }
 

@@ -52,6 +52,8 @@ class PatchFace {
   void find_rough(const std::vector<std::uint8_t>& pressed, double least, std::vector<std::uint8_t>& rough) const;
   // Find the cells that press and have no cell beside them on some side.
   void find_rim(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& rim) const;
+  // Add the cells between which the contact ends: those that press beside one that does not, and the other way round.
+  void add_ends(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& to) const;
   // Find the cells that press or have a cell beside them that does.
   void find_around(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& around) const;
 

@@ -92,6 +92,7 @@ constexpr double kUneven = 0.05;         // disagreement of neighbours, over the
 constexpr double kMoreUneven = 1.3;      // and factor on it if there are too many
 constexpr double kMostSplit = 4.0;       // largest number of cells over that asked for,
 constexpr double kManySplit = 240.0;     // and largest number
+constexpr double kManyAtRim = 300.0;     // largest number of cells if they are split at a flat face's rim
 
 // Tilts.
 constexpr double kSmallTilt = 0.2;       // lift of the contact, over the level, up to which a tilt needs no other look
@@ -285,9 +286,11 @@ bool PatchPress::too_many_to_split(double most) const {
 void PatchPress::refine_rim(const HeightMap& map, const ContactSurface& surface, const double* wrench,
                             CellContact::Workspace& workspace) {
   const LawOptions& options = surface.options;
-  const double most = options.tangential->couples() ? kManySheared : kManySplit;
+  const double most = options.tangential->couples() ? kManySheared : kManyAtRim;
   if (!options.law->couples() || !laid_.contact.exact()) return;
   laid_.cells.find_rim(laid_.contact.pressed(), chosen_);
+  laid_.cells.add_ends(laid_.contact.pressed(), chosen_);
+  if (too_many_to_split(most)) laid_.cells.find_rim(laid_.contact.pressed(), chosen_);
   if (too_many_to_split(most)) return;
   best_ = laid_;
   if (split_pressed({map, surface, options, wrench, workspace, {}, {}})) return;
@@ -648,7 +651,13 @@ void PatchPress::set_regions() {
     Region region = spot.region.lengthwise();
     // A line into a bent or hollow region may meet nothing of the body for a long way, so most of it is kept.
     const bool open = spot.area < kOpen * spot.region.area() && region.width < kElongated * region.height;
+    const Region largest = {region.centre, region.angle, wider * region.width, wider * region.height};
     trim(laid_.seen, open ? kTrimmed : 0.0, wider, region);
+    // The lines on which it was trimmed pass by sharp corners.
+    for (const Point& corner : laid_.seen.map->candidates()) {
+      if (!largest.holds(corner) || region.holds(corner)) continue;
+      if (laid_.seen.height(corner) <= laid_.seen.highest) region.include(corner);
+    }
     regions_.push_back(region.lengthwise());
   }
 }
