@@ -24,9 +24,9 @@ class PatchPress {
   // curved pad all arguments are in the frame of the surface's plane, and heights are those above the surface.
   bool solve(const HeightMap& map, const ContactSurface& surface, const double* wrench,
              CellContact::Workspace& workspace);
-  // After solve(), with the same arguments: press again with cells split at the body's rim, where the pressure of a flat
-  // face rises, and where the contact ends. It stays as it is under laws without coupling, and if there were too many
-  // cells.
+  // After solve(), with the same arguments: press again with cells split at the body's rim, where a flat face's pressure
+  // rises, and where the contact ends. Under laws without coupling, or if there would be too many cells, the
+  // contact stays as it is.
   void refine_rim(const HeightMap& map, const ContactSurface& surface, const double* wrench,
                   CellContact::Workspace& workspace);
   // Solve again on the same cells, where other bodies have lowered the surface under them by `sunk` (cells) [m].

@@ -39,7 +39,7 @@ class SampledLattices {
   // those of the lattices.
   void settle(const std::vector<Region>& regions);
   // Replace numbered cells by up to four each, half as long and half as wide, but by none narrower than `narrowest`.
-  // They are cells of further lattices. `chosen`: whether to replace the cell of each number. No cell has a number then.
+  // They are cells of further lattices. `chosen`: whether to replace the cell of each number. All numbers are lost.
   void split(const std::vector<std::uint8_t>& chosen, const HeightWindow& view, double narrowest);
 
   std::size_t size() const { return lattices_.size(); }
