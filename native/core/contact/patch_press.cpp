@@ -651,13 +651,7 @@ void PatchPress::set_regions() {
     Region region = spot.region.lengthwise();
     // A line into a bent or hollow region may meet nothing of the body for a long way, so most of it is kept.
     const bool open = spot.area < kOpen * spot.region.area() && region.width < kElongated * region.height;
-    const Region largest = {region.centre, region.angle, wider * region.width, wider * region.height};
     trim(laid_.seen, open ? kTrimmed : 0.0, wider, region);
-    // The lines on which it was trimmed pass by sharp corners.
-    for (const Point& corner : laid_.seen.map->candidates()) {
-      if (!largest.holds(corner) || region.holds(corner)) continue;
-      if (laid_.seen.height(corner) <= laid_.seen.highest) region.include(corner);
-    }
     regions_.push_back(region.lengthwise());
   }
 }
