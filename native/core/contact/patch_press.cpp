@@ -213,11 +213,15 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
   return true;
 }
 
+// Depth of an exact contact on coupled cells [m]; 0 for others, which more cells do not improve.
+double PatchPress::exact_depth(const LawOptions& options) const {
+  return options.law->couples() && laid_.contact.exact() ? laid_.contact.indentation() : 0.0;
+}
+
 // Whether the contact is to be pressed on nested cells. Many cells need none.
 bool PatchPress::needs_nested(const LawOptions& options) const {
-  const double depth = laid_.contact.indentation();
-  if (!options.tilting || !options.law->couples() || options.cells >= kManyCells) return false;
-  if (!laid_.contact.exact() || !(depth > 0.0)) return false;
+  const double depth = exact_depth(options);
+  if (!options.tilting || options.cells >= kManyCells || !(depth > 0.0)) return false;
   if (!settled_) return true;
   const double smooth = kNestedSmooth * depth / static_cast<double>(options.cells);
   return spots_.size() > 1 && laid_.cells.roughness(laid_.contact.pressed(), depth) > smooth;
@@ -313,10 +317,10 @@ bool PatchPress::split_pressed(const Problem& problem) {
 
 // Number of cells that the contact needs, over that asked for; 1 if its own are fine enough.
 double PatchPress::needs_finer(const LawOptions& options) const {
-  const double depth = laid_.contact.indentation();
+  const double depth = exact_depth(options);
+  if (!(depth > 0.0)) return 1.0;
   const auto& pressed = laid_.contact.pressed();
   const auto pressing = static_cast<double>(std::count(pressed.begin(), pressed.end(), 1));
-  if (!options.law->couples() || !laid_.contact.exact() || !(depth > 0.0)) return 1.0;
   if (pressing < std::min(kMostPress * static_cast<double>(pressed.size()), kManyPress)) return 1.0;
   const double wanted = laid_.cells.roughness(pressed, depth) / (kSmooth * depth);
   const double many = options.tangential->couples() ? kManySheared : kManyFiner;

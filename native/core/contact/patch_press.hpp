@@ -124,6 +124,7 @@ class PatchPress {
   void position_cells(const Problem& problem);
   void press_cells(const Problem& problem);
   void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
+  double exact_depth(const LawOptions& options) const;
   double needs_finer(const LawOptions& options) const;
   bool refine(const Problem& problem, const Looks& looks, double finer);
   bool needs_nested(const LawOptions& options) const;
