@@ -12,6 +12,8 @@ namespace {
 
 // Rectangles of parts whose variances have at least this ratio are turned along the part's length.
 constexpr double kSlanted = 2.25;
+// A cell beside others is left out if less than this fraction of it counts.
+constexpr double kSliver = 5e-3;
 // Columns and rows from a cell to those that share a side with it.
 constexpr int kSides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
 // Cells longer than this, over the compliance's resolution, have quadrature points.
@@ -52,10 +54,12 @@ void PatchFace::lay(const HeightWindow& view) {
   clear();
   for (std::size_t lattice = 0; lattice < lattices_.size(); ++lattice) {
     for (std::size_t place = 0; place < lattices_[lattice].cells(); ++place) {
-      if (lattices_.number(lattice, place) != SampledLattices::kCounted || cut_out(view, lattice, place)) continue;
-      lattices_.set_number(lattice, place, SampledLattices::kNone);
+      if (lattices_.number(lattice, place) != SampledLattices::kCounted) continue;
+      const auto number = static_cast<std::int32_t>(cells_.size());
+      lattices_.set_number(lattice, place, cut_out(view, lattice, place) ? number : SampledLattices::kNone);
     }
   }
+  find_slivers();
   set_heights(view);
 }
 
@@ -92,6 +96,22 @@ bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_
   return true;
 }
 
+// Find the slivers of cells beside others. They would bear little, but at a pressure that concerns no other cell.
+void PatchFace::find_slivers() {
+  slivers_.assign(cells_.size(), 0);
+  const auto is_sliver = [&](const Cell& cell) {
+    const Lattice& lattice = lattices_[cell.lattice];
+    return cell.sides[0] * cell.sides[1] < kSliver * lattice.size * lattice.width();
+  };
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    if (!is_sliver(cells_[i])) continue;
+    for (const auto& [columns, rows] : kSides) {
+      const std::int32_t beside = number_beside(i, columns, rows);
+      if (beside >= 0 && !is_sliver(cells_[static_cast<std::size_t>(beside)])) slivers_[i] = 1;
+    }
+  }
+}
+
 void PatchFace::find_ends(const HeightWindow& view, std::vector<std::uint8_t>& ends) const {
   ends = goes_on_;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
@@ -100,7 +120,7 @@ void PatchFace::find_ends(const HeightWindow& view, std::vector<std::uint8_t>& e
 }
 
 // Set heights and gradients of all cells, and number those that stay. Heights are looked up together, because that is
-// faster. Cells without a body above are removed.
+// faster. Slivers and cells without a body above are removed.
 void PatchFace::set_heights(const HeightWindow& view) {
   points_.clear();
   for (std::size_t i = 0; i < cells_.size(); ++i) {
@@ -117,7 +137,7 @@ void PatchFace::set_heights(const HeightWindow& view) {
     const Cell cell = cells_[i];
     Point gradient;
     const double height = mean_height(view, i, gradient);
-    const bool stays = std::isfinite(height);
+    const bool stays = std::isfinite(height) && !slivers_[i];
     lattices_.set_number(cell.lattice, cell.place, stays ? static_cast<std::int32_t>(kept) : SampledLattices::kNone);
     if (!stays) continue;
     cells_[kept] = cell, goes_on_[kept] = goes_on_[i], face_.centroids[kept] = face_.centroids[i];

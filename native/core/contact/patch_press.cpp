@@ -655,8 +655,19 @@ void PatchPress::set_regions() {
     Region region = spot.region.lengthwise();
     // A line into a bent or hollow region may meet nothing of the body for a long way, so most of it is kept.
     const bool open = spot.area < kOpen * spot.region.area() && region.width < kElongated * region.height;
+    const Region largest = {region.centre, region.angle, wider * region.width, wider * region.height};
     trim(laid_.seen, open ? kTrimmed : 0.0, wider, region);
+    if (search_.level() <= search_.loaded()) include_corners(largest, region);
     regions_.push_back(region.lengthwise());
+  }
+}
+
+// Make a region hold the body's low corners, by which the lines pass on which it was trimmed. Pressure rises toward
+// corners, unless the load is more than the pad can bear. `largest`: what the region may grow to, roughly.
+void PatchPress::include_corners(const Region& largest, Region& region) const {
+  for (const Point& corner : laid_.seen.map->candidates()) {
+    if (!largest.holds(corner) || region.holds(corner)) continue;
+    if (laid_.seen.height(corner) <= laid_.seen.highest) region.include(corner);
   }
 }
 

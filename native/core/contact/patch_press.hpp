@@ -143,6 +143,7 @@ class PatchPress {
   void set_heights();
   bool add_cells(const HeightMap& map, const ContactSurface& surface, const Viewpoint& view);
   void set_regions();
+  void include_corners(const Region& largest, Region& region) const;
   Lattice lattice_over(std::size_t number, const LawOptions& options, const Viewpoint& view, double wanted,
                        double coarser) const;
   bool goes_beyond() const;

@@ -19,6 +19,17 @@ bool Region::holds(const Point& at) const {
   return std::abs(c * x + s * y) <= width / 2 && std::abs(c * y - s * x) <= height / 2;
 }
 
+void Region::include(const Point& at) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  const double along = c * (at.x - centre.x) + s * (at.y - centre.y);
+  const double across = c * (at.y - centre.y) - s * (at.x - centre.x);
+  const double longer = std::max(std::abs(along) - width / 2, 0.0);
+  const double wider = std::max(std::abs(across) - height / 2, 0.0);
+  const double x = std::copysign(longer / 2, along), y = std::copysign(wider / 2, across);
+  centre = {centre.x + c * x - s * y, centre.y + s * x + c * y};
+  width += longer, height += wider;
+}
+
 double Region::away(const Point& at) const { return std::hypot(at.x - centre.x, at.y - centre.y); }
 
 Region Region::lengthwise() const {

@@ -47,6 +47,8 @@ struct Region {
 
   double area() const { return width * height; }
   bool holds(const Point& at) const;
+  // Grow until the region holds a point.
+  void include(const Point& at);
   // Distance of a point from the middle [m].
   double away(const Point& at) const;
   // The same rectangle with the longer side as its width.
