@@ -33,6 +33,11 @@ struct Spot {
   Region region;
   double area;     // area of the part under the level [m^2]
   double length;   // half the perimeter of that area [m]
+
+  // A spot is open (bent or hollow) if it fills less than this of its rectangle. It is not a ratio of small whole
+  // numbers, as numbers of samples have, because rounding would decide at one.
+  static constexpr double kOpen = 0.499;
+  bool is_open() const { return area < kOpen * region.area(); }
 };
 
 // The load that a body must carry.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "contact/cells/covered_part.hpp"
+#include "contact/height_power.hpp"
 
 namespace mjtactile {
 namespace {
@@ -22,17 +22,15 @@ constexpr double kMissed = 0.01;         // a contact misses the load if its cen
                                          // this, over the contact's size
 constexpr double kInside = 1e-12;        // least distance from the hull's rim at which a point lies inside [m]
 
-// Heights up to which cells are laid, over the level. The level is the depth of a flat punch that carries the load.
-constexpr double kHeightFactor = 2.5;    // in the first look
+// Heights up to which cells are laid, over the level. The level is the depth of a flat punch that carries the load. See
+// also spot_lattices.hpp.
 constexpr double kCompact = 1.6;         // in the first look at one compact spot; a ball's contact ends at 1.2 levels
-constexpr double kAsLongAsWide = 2.003;  // largest length of a compact spot over its width
 constexpr double kMostHeightFactor = 64.0;   // in later looks
-constexpr double kBoundedHeightFactor = 1.6;   // least value if the bound on pressure sets the level
 // If the contact is kTooDeep times as deep as its cells are high, cells are laid higher: up to kShareOfDepth times the
 // depth, but at most kMostHigher times as high as before.
 constexpr double kTooDeep = 1.7, kShareOfDepth = 0.75, kMostHigher = 8.0;
-constexpr double kEndFactor = 1.25;      // correction of end_over_level() from contacts of cones and paraboloids
 constexpr double kTouchMargin = 1.05;    // safety factor on the height up to which the body was found to touch
+constexpr double kSpareArea = 3.0;       // area of the cells over the least area that bears the force at the strength
 constexpr double kTiltedShare = 0.6;     // height up to which parts of a tilted body touch, over the depth
 
 // When cells are laid again. They are laid lower if the share of pressed cells is below `pressed` and the contact ends
@@ -45,31 +43,8 @@ constexpr LaidLower kLaidLowerTilting = {0.2, 0.7}, kLaidLower = {0.66, 0.9};
 // Cells that are cut off at their largest height end inside the contact if more than kGoesOn of them press. This counts
 // only if the other cells have more than kWithin times their area.
 constexpr double kGoesOn = 0.5, kWithin = 0.5;
-
-// Regions around the spots in which cells are laid. Sides and areas of spots are whole numbers of the search's samples.
-// The limits below are not ratios of small whole numbers, because rounding would decide at such ratios.
-constexpr double kLeastWider = 1.5;      // least size over that of the spot
-constexpr double kTrimmed = 0.6;         // least share of an open spot's region that is kept
-constexpr double kElongated = 3.003;     // spots that are longer than this, over their width, do not count as open
-constexpr double kOpen = 0.499;          // a spot is open (bent or hollow) if it fills less than this of its rectangle
 constexpr double kOtherPart = 2.0;       // other parts of the body begin outside a region enlarged by this factor
 
-// Number of cells.
-constexpr double kMostCells = 2.0;       // largest number is this times the number asked for,
-constexpr double kMoreCells = 24.0;      // plus this
-constexpr double kMostCompact = 1.5;     // a compact spot gets at most this many times the number asked for, or
-                                         // kMoreCells more: its cells are much alike, and others add little
-constexpr double kCheap = 2.0;           // factor on the wanted number under laws without compliance
-constexpr double kFilled = 0.7;          // spots that fill less than this of their rectangle get more cells,
-constexpr double kMostFilling = 3.0;     // up to this factor
-constexpr double kAskew = 1.27;          // mean number of lattice cells that a line of any direction crosses, over the
-                                         // number along an axis of the lattice
-constexpr double kTooFew = 0.85;         // smaller cells are laid if there are fewer than this share of those wanted,
-constexpr double kLeastFiner = 0.25;     // with at least this share of their area
-constexpr double kNearly = 1.1;          // symmetric bodies may have this many cells, over the largest number
-constexpr double kLeastCoarser = 1.25;   // least factor by which cells grow if there are too many,
-constexpr int kRounds = 10;              // and largest number of times
-constexpr double kMostSamples = 32.0;    // largest number of heights computed per cell
 // Contacts whose cells tell the body's shape badly are pressed on more of them, in proportion to their roughness.
 constexpr double kSmooth = 0.05;         // roughness over the depth of the contact up to which cells are fine enough
 constexpr double kWorthwhile = 1.1;      // least factor on their number
@@ -78,7 +53,6 @@ constexpr double kMostPress = 0.35, kManyPress = 20.0;   // share of cells that 
 constexpr double kMostFiner = 4.0;       // largest factor,
 constexpr double kManyFiner = 150.0;     // and number of cells beyond which there is none;
 constexpr double kManySheared = 60.0;    // that number if shear is solved for as well
-constexpr double kSpareArea = 3.0;       // area of the cells over the least area that bears the force at the strength
 
 // Nested cells, on which contacts are pressed whose tilt has not settled, or that are rough and have several spots.
 constexpr double kNestedSmooth = 1.0;    // roughness over the depth, times the number of cells asked for, up to which a
@@ -108,41 +82,6 @@ constexpr double kNearRim = 0.15;        // largest distance of a near load from
 constexpr double kStrip = 3.0;           // width of the strip that such a load presses, over that distance
 constexpr double kCorner = 0.7;          // length of the sum of two sides' unit normals at a right corner, over two
 constexpr double kOneSide = 0.1;         // below this value the sides have no direction in common
-
-// Height at which the contact of a body ends, over the level. The body's height grows with the radius to the power m.
-// With c_m = sqrt(pi) Gamma(m/2 + 1) / Gamma(m/2 + 1/2), it sinks in c_m times as deep as this height. The force is
-// 2 m c_m / (m + 1) times that of a flat punch of the contact's area at this depth (Sneddon, Int. J. Engng Sci. 3,
-// 1965).
-double end_over_level(double m) {
-  const double c = std::sqrt(kPi / 2.0 * (m + 0.5));  // accurate to 2 % for m >= 1
-  return kEndFactor * std::pow((m + 1.0) / (m * c), m / (m + 1.0));
-}
-
-// Heights over the level below this ratio do not determine the power. Sharper cusps than the least power do not occur.
-constexpr double kHigherAtLeast = 1.01, kLeastPower = 0.5;
-
-// The power m of a body whose area below `higher` levels is `more` times that below the level; 0 if it is not
-// determined.
-double power_of(double higher, double more) {
-  if (!(higher > kHigherAtLeast) || !(more > 1.0) || !std::isfinite(higher) || !std::isfinite(more)) return 0.0;
-  return std::max(2.0 * std::log(higher) / std::log(more), kLeastPower);
-}
-
-// Centre a region on a point, if it is within a cell of the region's middle. The point is the middle of a symmetric
-// body, and the cells then move with a sliding body.
-void centre_on(const Point& at, double cell, Region& region) {
-  const double c = std::cos(region.angle), s = std::sin(region.angle);
-  const double x = at.x - region.centre.x, y = at.y - region.centre.y;
-  const double along = c * x + s * y, across = c * y - s * x;
-  if (std::abs(along) <= cell) {
-    region.centre.x += along * c, region.centre.y += along * s;
-    region.width += 2.0 * std::abs(along);
-  }
-  if (std::abs(across) <= std::min(cell, region.height / 4)) {
-    region.centre.x -= across * s, region.centre.y += across * c;
-    region.height += 2.0 * std::abs(across);
-  }
-}
 
 // Length of the strip along a hull's side that extends inward to a given depth [m].
 double breadth(const std::vector<Point>& hull, const double* inward, double depth) {
@@ -350,7 +289,8 @@ SearchLoad PatchPress::load_of(const double* wrench, const ContactSurface& surfa
 }
 
 PatchPress::Viewpoint PatchPress::first_view(const Problem& problem) const {
-  Viewpoint view = {{{0.0, 0.0}, problem.load.through}, kHeightFactor, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0}, 1.0};
+  constexpr double first = SpotLattices::kHeightFactor;
+  Viewpoint view = {{{0.0, 0.0}, problem.load.through}, first, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0}, 1.0};
   if (problem.options.tilting) view.plane = first_plane(problem);
   return view;
 }
@@ -365,7 +305,7 @@ bool PatchPress::look_first(const Problem& problem, Looks& looks) {
     find_spots(problem, looks.view);
   }
   // Under a law without coupling, contact extends further out than on an elastic surface.
-  if (options.law->couples() && compact(options)) looks.view.height_factor = kCompact;
+  if (options.law->couples() && SpotLattices::is_compact(spots_, options)) looks.view.height_factor = kCompact;
   if (!press(problem, looks.view)) return false;
   if (laid_.contact.exact()) judge(problem, true, true, looks);
   return true;
@@ -493,15 +433,6 @@ void PatchPress::set_heights() {
   }
 }
 
-bool PatchPress::compact(const LawOptions& options) const {
-  if (spots_.size() != 1) return false;
-  // If the cells have the least width, they are few, and the end of the contact in the outermost ones is not resolved.
-  const double cell = spots_.front().area * std::sqrt(kHeightFactor) / static_cast<double>(options.cells);
-  if (cell < options.narrowest * options.narrowest) return false;
-  const Region region = spots_.front().region.lengthwise();
-  return region.width < kAsLongAsWide * region.height && spots_.front().area > kOpen * region.area();
-}
-
 // Height up to which cells are likely to press.
 double PatchPress::likely_height() const {
   double under = 0.0, all = 0.0;
@@ -509,7 +440,7 @@ double PatchPress::likely_height() const {
     all += laid_.cells.face().areas[i];
     if (laid_.heights[i] <= search_.level()) under += laid_.cells.face().areas[i];
   }
-  const double power = power_of(laid_.seen.highest / search_.level(), all / under);
+  const double power = height_power(laid_.seen.highest / search_.level(), all / under);
   return power > 0.0 ? end_over_level(power) * search_.level() : search_.level();
 }
 
@@ -596,114 +527,26 @@ void PatchPress::press_again(const ContactSurface& surface, const double* wrench
 }
 
 bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, const Viewpoint& view) {
-  const LawOptions& options = surface.options;
-  double highest = std::max(search_.level(), options.facing_gap);
-  if (options.law->shapes()) {
-    highest = std::max(search_.loaded() * view.height_factor, search_.reached());
-    if (search_.level() > search_.loaded()) highest = std::max(highest, kBoundedHeightFactor * search_.level());
-  }
-  if (view.most_height > 0.0) highest = std::min(highest, std::max(view.most_height, search_.level()));
-  if (view.end_height > 0.0) highest = std::min(highest, view.end_height);
-  highest = std::max(highest, view.least_height);
   laid_.seen = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(),
-                highest + search_.same()};
-  // Bent and open spots get more cells, and each spot gets its own. Laws without compliance get more cells as well,
-  // because they are cheap.
-  const double cells = (options.law->shapes() ? view.finer : kCheap) * static_cast<double>(options.cells);
-  double wanted = 0.0;
-  for (const Spot& spot : spots_) {
-    const double filled = spot.area / spot.region.area();
-    wanted += cells * std::min(std::max(kFilled / filled, 1.0), kMostFilling);
-  }
-  double most = kMostCells * cells + kMoreCells;
-  if (options.law->couples() && search_.level() > 0.0 && compact(options)) {
-    most = std::min(most, std::max(kMostCompact * cells, cells + kMoreCells));
-  }
-  wanted = std::min(wanted, most);
-  set_regions();
-  SampledLattices& lattices = laid_.cells.lattices();
-  double coarser = 1.0;
-  for (int round = 0; round < kRounds; ++round) {
-    lattices.clear();
-    for (std::size_t k = 0; k < spots_.size(); ++k) {
-      lattices.add(lattice_over(k, options, view, wanted, coarser), laid_.seen, {regions_, k});
-    }
-    lattices.settle(regions_);
-    const auto count = static_cast<double>(lattices.counted());
-    if (round == 0 && count < kTooFew * wanted && options.law->shapes()) {
-      // The body ends, or rises more steeply, than was assumed.
-      coarser = std::max(count / wanted, kLeastFiner);
-      continue;
-    }
-    if (count <= kNearly * most) break;
-    coarser *= std::max(kLeastCoarser, count / most);
-  }
+                highest_cells(surface.options, view) + search_.same()};
+  lattices_.lay({spots_, laid_.seen, search_, surface.options, view.finer, view.height_factor}, laid_.cells.lattices());
   laid_.cells.lay(laid_.seen);
   if (laid_.cells.heights().empty()) return false;
   laid_.cells.finish(surface.sheet, surface.compliance.resolution());
   return true;
 }
 
-// Set the regions around the spots in which the body may touch. They assume that the height grows linearly beyond a
-// spot.
-void PatchPress::set_regions() {
-  // The level of a flat face is 0.
-  const double wider =
-      search_.level() > 0.0 ? std::max(laid_.seen.highest / search_.level(), kLeastWider) : kLeastWider;
-  regions_.clear();
-  for (const Spot& spot : spots_) {
-    Region region = spot.region.lengthwise();
-    // A line into a bent or hollow region may meet nothing of the body for a long way, so most of it is kept.
-    const bool open = spot.area < kOpen * spot.region.area() && region.width < kElongated * region.height;
-    const Region largest = {region.centre, region.angle, wider * region.width, wider * region.height};
-    trim(laid_.seen, open ? kTrimmed : 0.0, wider, region);
-    if (search_.level() <= search_.loaded()) include_corners(largest, region);
-    regions_.push_back(region.lengthwise());
+// Height up to which cells are laid in a view.
+double PatchPress::highest_cells(const LawOptions& options, const Viewpoint& view) const {
+  double highest = std::max(search_.level(), options.facing_gap);
+  if (options.law->shapes()) {
+    highest = std::max(search_.loaded() * view.height_factor, search_.reached());
+    const double bounded = SpotLattices::kBoundedHeightFactor * search_.level();
+    if (search_.level() > search_.loaded()) highest = std::max(highest, bounded);
   }
-}
-
-// Make a region hold the body's low corners, by which the lines pass on which it was trimmed. Pressure rises toward
-// corners, unless the load is more than the pad can bear. `largest`: what the region may grow to, roughly.
-void PatchPress::include_corners(const Region& largest, Region& region) const {
-  for (const Point& corner : laid_.seen.map->candidates()) {
-    if (!largest.holds(corner) || region.holds(corner)) continue;
-    if (laid_.seen.height(corner) <= laid_.seen.highest) region.include(corner);
-  }
-}
-
-// The lattice of cells over a spot. `coarser`: factor on the cells' area.
-Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, const Viewpoint& view, double wanted,
-                                 double coarser) const {
-  const Spot& spot = spots_[number];
-  double roots = 0.0;
-  for (const Spot& one : spots_) roots += std::sqrt(one.area);
-  const double share = std::max(wanted * std::sqrt(spot.area) / roots, 4.0);
-  const bool breaks = search_.loaded() * kHeightFactor < search_.level();
-  double cell =
-      coarser * spot.area * (breaks ? std::sqrt(1.6) : std::sqrt(std::max(view.height_factor, kHeightFactor))) / share;
-  // If the body's area grows fast with the height, the contact is larger than the area below the level.
-  const double power =
-      power_of(laid_.seen.highest / search_.level(), regions_[number].area() / spot.region.lengthwise().area());
-  if (power > 0.0) cell *= std::max(std::pow(end_over_level(power), 2.0 / power), 1.0);
-  // Side of the cells if `share` of them lie along a line of the spot's length at any angle to the lattice.
-  const double askew = coarser * kAskew * spot.length / share;
-  if (spot.area < kOpen * spot.region.area()) cell = std::max(cell, askew * askew);
-  Region region = regions_[number];
-  cell = std::max(cell, std::max(coarser, 1.0) * region.area() / (kMostSamples * wanted));
-  // The spot may be a small sample of a larger body, so no region is smaller than the narrowest cell.
-  if (!(region.area() > 0.0) || std::max(region.width, region.height) < options.narrowest) {
-    region.width = std::max(region.width, options.narrowest);
-    region.height = std::max(region.height, options.narrowest);
-  }
-  if (coarser > 1.0 && region.area() < cell) {
-    // One cell of the wanted area. It keeps the region's length if that is long enough.
-    const double longer = std::max({region.width, region.height, std::sqrt(cell)});
-    const bool along = region.width > region.height;
-    region.width = along ? longer : cell / longer;
-    region.height = along ? cell / longer : longer;
-  }
-  if (spots_.size() == 1) centre_on(view.plane.middle, std::sqrt(cell), region);
-  return region.lattice(cell, options.narrowest);
+  if (view.most_height > 0.0) highest = std::min(highest, std::max(view.most_height, search_.level()));
+  if (view.end_height > 0.0) highest = std::min(highest, view.end_height);
+  return std::max(highest, view.least_height);
 }
 
 // Whether cells that were cut off at the largest height press, so that the contact extends beyond them.
@@ -794,7 +637,7 @@ bool PatchPress::reaches_other_part() const {
 }
 
 void PatchPress::widen_regions(double factor) const {
-  wider_ = regions_;
+  wider_ = lattices_.regions();
   for (Region& one : wider_) one.width *= factor, one.height *= factor;
 }
 
@@ -838,7 +681,7 @@ bool PatchPress::next_view(const Merit& found, const LawOptions& options, Viewpo
     view.least_height = ends ? touching : 0.0;
     view.end_height = 0.0;
     // If there is one spot that fills its rectangle, no part of the body is outside it.
-    const bool apart = spots_.size() > 1 || spots_.front().area < kOpen * spots_.front().region.area();
+    const bool apart = spots_.size() > 1 || spots_.front().is_open();
     view.spot_height = apart ? kTiltedShare * laid_.contact.indentation() : 0.0;
     if (touches || share < rolling) view.spot_height = std::max(view.spot_height, kTouchMargin * next.height);
     return true;

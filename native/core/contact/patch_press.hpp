@@ -13,6 +13,7 @@
 #include "contact/contact_search.hpp"
 #include "contact/laws/cell_contact.hpp"
 #include "contact/patch_face.hpp"
+#include "contact/spot_lattices.hpp"
 #include "geometry/height_map.hpp"
 
 namespace mjtactile {
@@ -136,16 +137,11 @@ class PatchPress {
   double lifted(const double* slopes) const;
   // Whether all cells press, and the body has no other part over the sheet that could.
   bool presses_all() const;
-  // Whether the contact is a single spot that fills its rectangle, is about as long as wide, and is larger than a cell.
-  bool compact(const LawOptions& options) const;
   double likely_height() const;
   Plane first_plane(const Problem& problem) const;
   void set_heights();
   bool add_cells(const HeightMap& map, const ContactSurface& surface, const Viewpoint& view);
-  void set_regions();
-  void include_corners(const Region& largest, Region& region) const;
-  Lattice lattice_over(std::size_t number, const LawOptions& options, const Viewpoint& view, double wanted,
-                       double coarser) const;
+  double highest_cells(const LawOptions& options, const Viewpoint& view) const;
   bool goes_beyond() const;
   bool ends_early() const;
   double touched_height(const LawOptions& options) const;
@@ -178,7 +174,7 @@ class PatchPress {
   Laid laid_, best_;   // of the last look; of the best look, while another is taken
   bool bends_ = false, settled_ = false;
   std::vector<Spot> spots_;
-  std::vector<Region> regions_;
+  SpotLattices lattices_;
   mutable std::vector<Region> wider_;   // members, so that no step allocates them anew
   mutable std::vector<std::uint8_t> ends_;
   std::vector<std::uint8_t> start_, chosen_;
