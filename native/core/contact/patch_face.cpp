@@ -12,7 +12,7 @@ namespace {
 
 // Rectangles of parts whose variances have at least this ratio are turned along the part's length.
 constexpr double kSlanted = 2.25;
-// A cell beside others is left out if less than this fraction of it counts.
+// A cell beside others is left out under a flat face if less than this fraction of it counts.
 constexpr double kSliver = 5e-3;
 // Columns and rows from a cell to those that share a side with it.
 constexpr int kSides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
@@ -59,7 +59,7 @@ void PatchFace::lay(const HeightWindow& view) {
       lattices_.set_number(lattice, place, cut_out(view, lattice, place) ? number : SampledLattices::kNone);
     }
   }
-  find_slivers();
+  find_slivers(view);
   set_heights(view);
 }
 
@@ -96,9 +96,11 @@ bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_
   return true;
 }
 
-// Find the slivers of cells beside others. They would bear little, but at a pressure that concerns no other cell.
-void PatchFace::find_slivers() {
+// Find the slivers of cells beside others under a flat face. They would bear little, but at a pressure that concerns no
+// other cell. Under other bodies a sliver may be a peak, which bears much.
+void PatchFace::find_slivers(const HeightWindow& view) {
   slivers_.assign(cells_.size(), 0);
+  if (view.map->corners().empty()) return;
   const auto is_sliver = [&](const Cell& cell) {
     const Lattice& lattice = lattices_[cell.lattice];
     return cell.sides[0] * cell.sides[1] < kSliver * lattice.size * lattice.width();

@@ -50,10 +50,10 @@ void centre_on(const Point& at, double cell, Region& region) {
   }
 }
 
-// Make a region hold the body's low corners, by which the lines pass on which it was trimmed. `largest`: what the
+// Make a region hold a flat face's low corners, by which the lines pass on which it was trimmed. `largest`: what the
 // region may grow to, roughly.
 void include_corners(const HeightWindow& seen, const Region& largest, Region& region) {
-  for (const Point& corner : seen.map->candidates()) {
+  for (const Point& corner : seen.map->corners()) {
     if (!largest.holds(corner) || region.holds(corner)) continue;
     if (seen.height(corner) <= seen.highest) region.include(corner);
   }

@@ -108,13 +108,13 @@ void FlatMap::place(const std::vector<Segment>& outline, const Rectangle& sheet)
   sheet_ = sheet;
   starts_.clear();
   ends_.clear();
-  candidates_.clear();
+  corners_.clear();
   for (const auto& [corner, end] : outline) {
     starts_.push_back(corner);
     ends_.push_back(end);
     const double x = end.x - corner.x, y = end.y - corner.y;
     const Point inside = {corner.x + kInside * x - kAcross * y, corner.y + kInside * y + kAcross * x};
-    if (sheet.holds(inside.x, inside.y)) candidates_.push_back(inside);
+    if (sheet.holds(inside.x, inside.y)) corners_.push_back(inside);
   }
   bounds_ = common(around(starts_), sheet);
   convex_ = set_sides();

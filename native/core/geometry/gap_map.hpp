@@ -48,7 +48,8 @@ class FlatMap : public HeightMap {
   bool part_below(const Segment& line, const double (&plane)[2], SegmentPart& part) const override;
   double straightened(double angle) const override;
   Rectangle bounds() const override { return bounds_; }
-  const std::vector<Point>& candidates() const override { return candidates_; }
+  const std::vector<Point>& candidates() const override { return corners_; }
+  const std::vector<Point>& corners() const override { return corners_; }
 
  private:
   Rectangle sheet_ = {}, bounds_ = {};
@@ -67,7 +68,7 @@ class FlatMap : public HeightMap {
   std::size_t strip(double y) const;
   double south_ = 0.0, per_ = 0.0;             // beginning of the first strip [m], number of strips per length [1/m]
   std::vector<std::uint32_t> firsts_, edges_, fill_;
-  std::vector<Point> starts_, ends_, candidates_;
+  std::vector<Point> starts_, ends_, corners_;
 };
 
 }  // namespace mjtactile

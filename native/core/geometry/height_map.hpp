@@ -34,9 +34,14 @@ class HeightMap {
   // The same rectangle before it is cut at the sheet's rim: larger where the body goes on beyond the rim.
   virtual Rectangle whole() const { return bounds(); }
   // Points where the body may stand lowest, besides those that a grid over the bounds finds; empty if none are known.
-  virtual const std::vector<Point>& candidates() const {
-    static const std::vector<Point> none;
-    return none;
+  virtual const std::vector<Point>& candidates() const { return none(); }
+  // Corners of a flat face, toward which pressure rises; empty for other bodies.
+  virtual const std::vector<Point>& corners() const { return none(); }
+
+ private:
+  static const std::vector<Point>& none() {
+    static const std::vector<Point> empty;
+    return empty;
   }
 };
 
