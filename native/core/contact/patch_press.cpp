@@ -22,6 +22,8 @@ constexpr double kMissed = 0.01;         // a contact misses the load if its cen
                                          // this, over the contact's size
 constexpr double kInside = 1e-12;        // least distance from the hull's rim at which a point lies inside [m]
 
+constexpr double kSpareArea = 3.0;       // area of the cells over the least area that bears the force at the strength
+
 // Heights up to which cells are laid, over the level. The level is the depth of a flat punch that carries the load. See
 // also spot_lattices.hpp.
 constexpr double kCompact = 1.6;         // in the first look at one compact spot; a ball's contact ends at 1.2 levels
@@ -30,7 +32,6 @@ constexpr double kMostHeightFactor = 64.0;   // in later looks
 // depth, but at most kMostHigher times as high as before.
 constexpr double kTooDeep = 1.7, kShareOfDepth = 0.75, kMostHigher = 8.0;
 constexpr double kTouchMargin = 1.05;    // safety factor on the height up to which the body was found to touch
-constexpr double kSpareArea = 3.0;       // area of the cells over the least area that bears the force at the strength
 constexpr double kTiltedShare = 0.6;     // height up to which parts of a tilted body touch, over the depth
 
 // When cells are laid again. They are laid lower if the share of pressed cells is below `pressed` and the contact ends
