@@ -21,23 +21,33 @@ constexpr double kSafe = 1.01;       // factor by which loads that can be borne 
 // force, each with its largest force.
 Point farthest(const RigidProblem& problem, const double* most, const Point& along) {
   // Kept between calls so that a step allocates nothing.
-  static thread_local std::vector<std::pair<double, std::size_t>> far;
+  static thread_local std::vector<std::pair<double, std::size_t>> cells;
   const auto at = [&](std::size_t i) { return Point{problem.modes[3 * i + 1], problem.modes[3 * i + 2]}; };
-  far.clear();
-  for (std::size_t i = 0; i < problem.cells(); ++i) far.emplace_back(along.x * at(i).x + along.y * at(i).y, i);
-  // A heap and not a sorted list, because few cells bear the force in most cases.
-  const auto nearer = [](const auto& a, const auto& b) {
-    return a.first != b.first ? a.first < b.first : a.second > b.second;
+  cells.clear();
+  for (std::size_t i = 0; i < problem.cells(); ++i) cells.emplace_back(along.x * at(i).x + along.y * at(i).y, i);
+  const auto farther = [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first > b.first : a.second < b.second;
   };
-  std::make_heap(far.begin(), far.end(), nearer);
   Point moments = {0.0, 0.0};
-  for (double force = problem.resultants[0]; force > 0.0 && !far.empty(); far.pop_back()) {
-    std::pop_heap(far.begin(), far.end(), nearer);
-    const std::size_t i = far.back().second;
-    const double share = std::min(most[i], force);
+  double force = problem.resultants[0];
+  const auto press = [&](std::size_t i, double share) {
     moments.x += share * at(i).x, moments.y += share * at(i).y;
     force -= share;
+  };
+  // The farther half either bears what is left of the force, or all its cells are full.
+  auto first = cells.begin(), end = cells.end();
+  while (end - first > 1) {
+    const auto middle = first + (end - first) / 2;
+    std::nth_element(first, middle, end, farther);
+    double borne = 0.0;
+    for (auto cell = first; cell != middle; ++cell) borne += most[cell->second];
+    if (borne >= force) {
+      end = middle;
+      continue;
+    }
+    for (; first != middle; ++first) press(first->second, most[first->second]);
   }
+  if (first != end) press(first->second, std::min(most[first->second], force));
   return moments;
 }
 

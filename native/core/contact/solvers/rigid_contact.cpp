@@ -19,14 +19,16 @@ constexpr double kBalanced = 1e-9;
 // Largest number of exchanges. After kPatience of them that do not reduce the number of violated cells, single cells
 // are exchanged.
 constexpr std::size_t kExchanges = 24, kPatience = 3;
-// Largest numbers of steps of the final descent, and of rounds with bounded forces. They bound the time.
-constexpr std::size_t kDescents = 20, kBounded = 60, kBoundedDescents = 200;
+// Largest numbers of steps of the final descent, and with bounded forces: of rounds in which cells are exchanged, which
+// seldom succeed later, and of steps. They bound the time.
+constexpr std::size_t kDescents = 20, kBounded = 10, kBoundedDescents = 200;
 // In a descent, cells change sides together if their violation is at least this fraction of the largest.
 constexpr double kGoOver = 0.5;
 // Largest work of one contact, counted as cubes of factored sizes: this much, or so many factorisations of all cells.
 constexpr double kMostWork = 5e6, kMostFactors = 8.0;
-// If more than this fraction of the cells is violated by the first guess, the search begins again from springs.
-constexpr double kFarOff = 0.2;
+// If more than this fraction of the cells is violated by the first guess, the search begins again from springs: without
+// bounds on the forces, and with them.
+constexpr double kFarOff = 0.2, kFarOffBounded = 0.1;
 // Stiffness of the springs that start the search, over that of single cells.
 constexpr double kSprings = 0.2;
 // Least compliance of a spring over the largest. Under some layers a cell's own compliance is zero or negative.
@@ -166,13 +168,13 @@ bool RigidContact::solve_bounded(const RigidProblem& problem, const double* most
   full_.assign(cells, 0);
   double nearer[kMostMotions];
   const bool borne = !bring_within_bearing(problem, most, nearer);
-  if (borne && exchange_bounded(problem, most)) return true;
+  if (borne && exchange_bounded(problem, most, kFarOffBounded)) return true;
   // The yielding springs give a first guess of the cells at their limit, which are called full.
   set_springs(problem);
   carries_ = springs_.solve(stiffnesses_, problem.modes, problem.motions, problem.heights, nearer, most);
   const RigidProblem moved = {problem.compliance, problem.modes, problem.motions, problem.heights, nearer};
   start_from_springs(most);
-  if (carries_ && exchange_bounded(moved, most)) return true;
+  if (carries_ && exchange_bounded(moved, most, 1.0)) return true;
   start_from_springs(most);
   if (carries_ && descend_bounded(moved, most)) return true;
   if (!carries_) forces_ = springs_.forces(), pressed_ = springs_.pressed();
@@ -187,13 +189,15 @@ void RigidContact::start_from_springs(const double* most) {
   }
 }
 
-bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* most) {
+// Exchange cells as exchange_from() does. `far_off`: largest fraction of the cells that the first solution may violate.
+bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* most, double far_off) {
   std::size_t fewest = cells() + 1;
   double share = 0.0;
   for (std::size_t round = 0; round < kBounded; ++round) {
     if (!on_free(problem, most)) return false;
     const std::size_t wrong = find_violated(problem, most);
     if (wrong == 0) return fill_up(problem, most);
+    if (round == 0 && static_cast<double>(wrong) > far_off * static_cast<double>(cells())) return false;
     // All violated cells change sides as long as that reduces their number. Otherwise the body tilted too far, and
     // cells with small violations should not have changed. Then only those with the largest violations change sides,
     // fewer each time.
@@ -256,14 +260,18 @@ bool RigidContact::on_free(const RigidProblem& problem, const double* most) {
   const std::size_t motions = problem.motions;
   double left[kMostMotions];
   std::copy(problem.resultants, problem.resultants + motions, left);
-  pushed_.resize(cells());
+  pushed_.assign(compliance.stride(), 0.0);
   for (std::size_t i = 0; i < cells(); ++i) pushed_[i] = problem.height(i);
+  borne_.assign(cells(), 0.0);
   for (std::size_t j = 0; j < cells(); ++j) {
     if (!full_[j]) continue;
+    borne_[j] = most[j];
     for (std::size_t m = 0; m < motions; ++m) left[m] -= most[j] * problem.modes[j * motions + m];
-    // Full cells lower the surface under the others.
-    for (std::size_t i = 0; i < cells(); ++i) pushed_[i] += most[j] * compliance[j][i];
   }
+  // Full cells lower the surface under the others.
+  kernels().multiply_add(borne_.data(), 0, 1, compliance.data(), compliance.stride(), pushed_.data(),
+                         compliance.stride(), 1, compliance.stride(), compliance.rows());
+  pushed_.resize(cells());
   return solve_pressed({&compliance, problem.modes, motions, pushed_.data(), left});
 }
 

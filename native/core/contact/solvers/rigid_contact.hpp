@@ -72,7 +72,7 @@ class RigidContact {
   void add_motion(const double* resultants);
   void set_springs(const RigidProblem& problem);
   void start_from_springs(const double* most);
-  bool exchange_bounded(const RigidProblem& problem, const double* most);
+  bool exchange_bounded(const RigidProblem& problem, const double* most, double far_off);
   bool descend_bounded(const RigidProblem& problem, const double* most);
   double step_within(const double* most);
   bool on_free(const RigidProblem& problem, const double* most);
@@ -89,7 +89,7 @@ class RigidContact {
   std::size_t motions_ = 0;
   bool flexible_ = true, definite_ = true, carries_ = true;
   std::vector<std::uint8_t> pressed_, exchange_, full_;
-  std::vector<double> forces_, separation_, excess_, reached_, pushed_, stiffnesses_, column_;
+  std::vector<double> forces_, separation_, excess_, reached_, borne_, pushed_, stiffnesses_, column_;
   double work_ = 0.0;
   double motion_[kMostMotions] = {};
   double pressed_heights_[kMostMotions] = {};             // B^T A^-1 g of the pressed cells
