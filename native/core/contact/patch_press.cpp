@@ -22,6 +22,8 @@ constexpr double kMissed = 0.01;         // a contact misses the load if its cen
                                          // this, over the contact's size
 constexpr double kInside = 1e-12;        // least distance from the hull's rim at which a point lies inside [m]
 
+constexpr double kOverloaded = 2.0;      // level over what it is without a bound on the pressure, from which that bound
+                                         // is likely met
 constexpr double kSpareArea = 3.0;       // area of the cells over the least area that bears the force at the strength
 
 // Heights up to which cells are laid, over the level. The level is the depth of a flat punch that carries the load. See
@@ -382,7 +384,9 @@ void PatchPress::position_cells(const Problem& problem) {
 void PatchPress::press_cells(const Problem& problem) {
   const bool known = std::count(start_.begin(), start_.end(), 1) >= 3;
   laid_.contact.press(laid_.cells.face(), problem.surface,
-                      {problem.wrench, laid_.heights.data(), known ? start_.data() : nullptr}, problem.workspace);
+                      {problem.wrench, laid_.heights.data(), known ? start_.data() : nullptr,
+                       search_.level() > kOverloaded * search_.loaded()},
+                      problem.workspace);
 }
 
 // Compare the contact of the last look with the best one, and find the view to which it leads. `more`: whether another

@@ -123,7 +123,7 @@ void CellContact::press(const Face& face, const ContactSurface& surface, const P
   // Shear uses a part of the strength: sqrt(p^2 + 3 t^2) is bounded.
   const double sliding = std::min(std::hypot(wrench[0], wrench[1]) / -wrench[2], kMostTwist);
   strength_ = options.strength / std::sqrt(1.0 + 3.0 * sliding * sliding);
-  const bool spread = solve(law, problem, workspace);
+  const bool spread = solve(law, problem, body.overloads, workspace);
   if (!exact_) found_.slopes[0] = found_.slopes[1] = 0.0;
   if (!exact_ && !spread) fill_nearest(face, wrench, workspace);
   pressed_area_ = 0.0;
@@ -134,9 +134,9 @@ void CellContact::press(const Face& face, const ContactSurface& surface, const P
   measure(face, law, workspace.matrix, body.heights);
 }
 
-// Solve the contact without bounds. If that exceeds the pad's strength or fails, solve it with bounded pressure.
-// Returns whether forces with bounded pressure were found.
-bool CellContact::solve(const ContactLaw& law, const LawProblem& problem, Workspace& workspace) {
+// Solve the contact without bounds. If that exceeds the pad's strength or fails, solve it with bounded pressure, and at
+// once if it likely will. Returns whether forces with bounded pressure were found.
+bool CellContact::solve(const ContactLaw& law, const LawProblem& problem, bool overloads, Workspace& workspace) {
   const std::vector<double>& areas = problem.face.areas;
   linear_ = false;
   const bool bounded = strength_ > 0.0 && law.couples();
@@ -145,9 +145,12 @@ bool CellContact::solve(const ContactLaw& law, const LawProblem& problem, Worksp
     exact_ = true;
     return bound_pressure(law, problem, workspace);
   }
-  if (bounded && lies_beyond_bearing(problem, workspace)) {
+  if (bounded && (overloads || lies_beyond_bearing(problem, workspace))) {
     found_.pressed.assign(areas.size(), 1);
-    if (bound_pressure(law, problem, workspace) && found_.contact.definite()) return true;
+    if (bound_pressure(law, problem, workspace) && found_.contact.definite()) {
+      linear_ = exact_ && law.shapes() && !found_.contact.fills_any();
+      return true;
+    }
     found_.contact.forget();
   }
   exact_ = law.solve(problem, found_);

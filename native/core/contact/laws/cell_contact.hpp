@@ -42,6 +42,7 @@ struct PressedBody {
   const double* wrench;                  // force [N], which presses, and moment about the pad's origin [N m]
   const double* heights = nullptr;       // of the body above each cell at first touch [m]; null for a flat face
   const std::uint8_t* start = nullptr;   // cells that are likely pressed; null for all
+  bool overloads = false;                // whether the pressure is likely bounded
 };
 
 // A body pressed at one place. Shear is proportional to the pressure, plus a rotation that carries the torsion.
@@ -130,7 +131,7 @@ class CellContact {
 
   void resultants(const Face& face, const double* wrench, double* resultants) const;
   Point through(const double* wrench) const;
-  bool solve(const ContactLaw& law, const LawProblem& problem, Workspace& workspace);
+  bool solve(const ContactLaw& law, const LawProblem& problem, bool overloads, Workspace& workspace);
   bool fills_all(const LawProblem& problem) const;
   void set_most(const std::vector<double>& areas, Workspace& workspace) const;
   bool lies_beyond_bearing(const LawProblem& problem, Workspace& workspace) const;

@@ -34,18 +34,25 @@ Point farthest(const RigidProblem& problem, const double* most, const Point& alo
     moments.x += share * at(i).x, moments.y += share * at(i).y;
     force -= share;
   };
-  // The farther half either bears what is left of the force, or all its cells are full.
+  // The cells beyond one of them either bear what is left of the force, or are full.
   auto first = cells.begin(), end = cells.end();
   while (end - first > 1) {
-    const auto middle = first + (end - first) / 2;
-    std::nth_element(first, middle, end, farther);
+    std::iter_swap(first + (end - first) / 2, end - 1);
+    const auto beyond = std::partition(first, end - 1, [&](const auto& cell) { return farther(cell, *(end - 1)); });
+    std::iter_swap(beyond, end - 1);
     double borne = 0.0;
-    for (auto cell = first; cell != middle; ++cell) borne += most[cell->second];
+    for (auto cell = first; cell != beyond; ++cell) borne += most[cell->second];
     if (borne >= force) {
-      end = middle;
+      end = beyond;
       continue;
     }
-    for (; first != middle; ++first) press(first->second, most[first->second]);
+    for (; first != beyond; ++first) press(first->second, most[first->second]);
+    if (most[first->second] < force) {
+      press(first->second, most[first->second]);
+      ++first;
+    } else {
+      end = first + 1;
+    }
   }
   if (first != end) press(first->second, std::min(most[first->second], force));
   return moments;

@@ -6,6 +6,7 @@
 // cells. While the same cells are pressed, the solution is linear in (q, 1).
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -50,6 +51,8 @@ class RigidContact {
   bool definite() const { return definite_; }
   // Whether the forces carry the resultants even if solve_bounded() found no contact.
   bool carries() const { return carries_; }
+  // Whether a cell bears its limit in the contact that solve_bounded() found last.
+  bool fills_any() const { return std::find(full_.begin(), full_.end(), 1) != full_.end(); }
   std::size_t cells() const { return pressed_.size(); }
   std::size_t motions() const { return motions_; }
   const std::vector<std::uint8_t>& pressed() const { return pressed_; }
