@@ -148,7 +148,7 @@ bool CellContact::solve(const ContactLaw& law, const LawProblem& problem, bool o
   if (bounded && (overloads || lies_beyond_bearing(problem, workspace))) {
     found_.pressed.assign(areas.size(), 1);
     if (bound_pressure(law, problem, workspace) && found_.contact.definite()) {
-      linear_ = exact_ && law.shapes() && !found_.contact.fills_any();
+      linear_ = exact_ && law.shapes() && found_.contact.is_free();
       return true;
     }
     found_.contact.forget();

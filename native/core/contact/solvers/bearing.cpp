@@ -30,13 +30,14 @@ Point farthest(const RigidProblem& problem, const double* most, const Point& alo
   };
   Point moments = {0.0, 0.0};
   double force = problem.resultants[0];
-  const auto press = [&](std::size_t i, double share) {
+  const auto press = [&](std::size_t i) {
+    const double share = std::min(most[i], force);
     moments.x += share * at(i).x, moments.y += share * at(i).y;
     force -= share;
   };
   // The cells beyond one of them either bear what is left of the force, or are full.
   auto first = cells.begin(), end = cells.end();
-  while (end - first > 1) {
+  while (force > 0.0 && end - first > 1) {
     std::iter_swap(first + (end - first) / 2, end - 1);
     const auto beyond = std::partition(first, end - 1, [&](const auto& cell) { return farther(cell, *(end - 1)); });
     std::iter_swap(beyond, end - 1);
@@ -44,17 +45,11 @@ Point farthest(const RigidProblem& problem, const double* most, const Point& alo
     for (auto cell = first; cell != beyond; ++cell) borne += most[cell->second];
     if (borne >= force) {
       end = beyond;
-      continue;
-    }
-    for (; first != beyond; ++first) press(first->second, most[first->second]);
-    if (most[first->second] < force) {
-      press(first->second, most[first->second]);
-      ++first;
     } else {
-      end = first + 1;
+      for (; first <= beyond; ++first) press(first->second);
     }
   }
-  if (first != end) press(first->second, std::min(most[first->second], force));
+  if (first != end) press(first->second);
   return moments;
 }
 

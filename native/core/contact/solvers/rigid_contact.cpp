@@ -167,14 +167,15 @@ bool RigidContact::solve_bounded(const RigidProblem& problem, const double* most
   pressed_ = start;
   full_.assign(cells, 0);
   double nearer[kMostMotions];
-  const bool borne = !bring_within_bearing(problem, most, nearer);
-  if (borne && exchange_bounded(problem, most, kFarOffBounded)) return true;
+  moved_ = bring_within_bearing(problem, most, nearer);
+  const auto far_off = static_cast<std::size_t>(kFarOffBounded * static_cast<double>(cells));
+  if (!moved_ && exchange_bounded(problem, most, far_off)) return true;
   // The yielding springs give a first guess of the cells at their limit, which are called full.
   set_springs(problem);
   carries_ = springs_.solve(stiffnesses_, problem.modes, problem.motions, problem.heights, nearer, most);
   const RigidProblem moved = {problem.compliance, problem.modes, problem.motions, problem.heights, nearer};
   start_from_springs(most);
-  if (carries_ && exchange_bounded(moved, most, 1.0)) return true;
+  if (carries_ && exchange_bounded(moved, most, cells)) return true;
   start_from_springs(most);
   if (carries_ && descend_bounded(moved, most)) return true;
   if (!carries_) forces_ = springs_.forces(), pressed_ = springs_.pressed();
@@ -189,15 +190,15 @@ void RigidContact::start_from_springs(const double* most) {
   }
 }
 
-// Exchange cells as exchange_from() does. `far_off`: largest fraction of the cells that the first solution may violate.
-bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* most, double far_off) {
+// False if the first solution has more than `far_off` violated cells, or none is found; see exchange_from().
+bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* most, std::size_t far_off) {
   std::size_t fewest = cells() + 1;
   double share = 0.0;
   for (std::size_t round = 0; round < kBounded; ++round) {
     if (!on_free(problem, most)) return false;
     const std::size_t wrong = find_violated(problem, most);
     if (wrong == 0) return fill_up(problem, most);
-    if (round == 0 && static_cast<double>(wrong) > far_off * static_cast<double>(cells())) return false;
+    if (round == 0 && wrong > far_off) return false;
     // All violated cells change sides as long as that reduces their number. Otherwise the body tilted too far, and
     // cells with small violations should not have changed. Then only those with the largest violations change sides,
     // fewer each time.

@@ -51,8 +51,9 @@ class RigidContact {
   bool definite() const { return definite_; }
   // Whether the forces carry the resultants even if solve_bounded() found no contact.
   bool carries() const { return carries_; }
-  // Whether a cell bears its limit in the contact that solve_bounded() found last.
-  bool fills_any() const { return std::find(full_.begin(), full_.end(), 1) != full_.end(); }
+  // Whether the contact that solve_bounded() found last is that without limits: no cell bears its limit, and the load
+  // was not moved.
+  bool is_free() const { return !moved_ && std::find(full_.begin(), full_.end(), 1) == full_.end(); }
   std::size_t cells() const { return pressed_.size(); }
   std::size_t motions() const { return motions_; }
   const std::vector<std::uint8_t>& pressed() const { return pressed_; }
@@ -75,7 +76,7 @@ class RigidContact {
   void add_motion(const double* resultants);
   void set_springs(const RigidProblem& problem);
   void start_from_springs(const double* most);
-  bool exchange_bounded(const RigidProblem& problem, const double* most, double far_off);
+  bool exchange_bounded(const RigidProblem& problem, const double* most, std::size_t far_off);
   bool descend_bounded(const RigidProblem& problem, const double* most);
   double step_within(const double* most);
   bool on_free(const RigidProblem& problem, const double* most);
@@ -90,7 +91,7 @@ class RigidContact {
   void change_sides(double share);
 
   std::size_t motions_ = 0;
-  bool flexible_ = true, definite_ = true, carries_ = true;
+  bool flexible_ = true, definite_ = true, carries_ = true, moved_ = false;
   std::vector<std::uint8_t> pressed_, exchange_, full_;
   std::vector<double> forces_, separation_, excess_, reached_, borne_, pushed_, stiffnesses_, column_;
   double work_ = 0.0;
