@@ -42,7 +42,7 @@ constexpr double kTiltedShare = 0.6;     // height up to which parts of a tilted
 struct LaidLower {
   double pressed, lower;
 };
-constexpr LaidLower kLaidLowerTilting = {0.2, 0.7}, kLaidLower = {0.66, 0.9};
+constexpr LaidLower kLaidLowerTilting = {0.2, 0.7}, kLaidLowerFree = {0.6, 0.5}, kLaidLower = {0.66, 0.9};
 // Cells that are cut off at their largest height end inside the contact if more than kGoesOn of them press. This counts
 // only if the other cells have more than kWithin times their area.
 constexpr double kGoesOn = 0.5, kWithin = 0.5;
@@ -198,9 +198,11 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
   view.end_height = 0.0;
   for (int look = 0; look < kGenerousLooks; ++look) {
     const double higher = look > 0 ? (ends_early() ? kGenerous : 1.0) * view.least_height : 0.0;
-    const double highest = std::max(kGenerous * laid_.contact.indentation(), higher);
-    view.spot_height = view.least_height = view.most_height = highest;
-    for (int k = 0; k < 2; ++k) view.plane.slopes[k] += laid_.contact.slopes()[k];
+    const NextPart next = may_touch() ? next_part() : NextPart{kNowhere, 0.0};
+    const double highest = std::max(kGenerous * laid_.contact.indentation(), higher), share = std::min(next.share, 1.0);
+    view.spot_height = view.least_height = view.most_height =
+        share < 1.0 ? std::max(highest, kTouchMargin * next.height) : highest;
+    for (int k = 0; k < 2; ++k) view.plane.slopes[k] += share * laid_.contact.slopes()[k];
     find_spots(problem, view);
     if (!press(problem, view) || !laid_.contact.exact()) return false;
     if (lifted(laid_.contact.slopes()) <= kMostLift * laid_.contact.indentation() && !ends_early()) break;
@@ -393,7 +395,9 @@ void PatchPress::press_cells(const Problem& problem) {
 // look is left after the next one.
 void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& looks) const {
   const bool solved = pressed && laid_.contact.exact();
-  const Merit found = solved ? merit(problem.load, problem.options) : Merit{};
+  const NextPart next = solved && may_touch() ? next_part() : NextPart{kNowhere, 0.0};
+  Merit found = solved ? merit(problem.load, problem.options) : Merit{};
+  found.overlooks = next.share < 1.0;
   const double margin = problem.options.cells < kManyCells ? kEnergyMargin : kFineEnergyMargin;
   looks.last_is_best = solved && !is_worse(found, looks.best_merit, margin);
   looks.ended = solved && more && ends_early();
@@ -401,7 +405,7 @@ void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& l
   looks.best = looks.onward = looks.view;
   looks.best_merit = found;
   looks.steps_back = 0;
-  looks.goes_on = next_view(found, problem.options, looks.onward) && !looks.onward.sees_as(looks.view);
+  looks.goes_on = next_view(found, next, problem.options, looks.onward) && !looks.onward.sees_as(looks.view);
 }
 
 // Difference of height that a tilt makes between the pressed cells [m].
@@ -511,11 +515,12 @@ double PatchPress::missed(const SearchLoad& load, double narrowest) const {
 
 PatchPress::Merit PatchPress::merit(const SearchLoad& load, const LawOptions& options) const {
   if (!options.tilting || !options.law->couples()) return {};
-  return {missed(load, options.narrowest), energy(load), laid_.contact.energy()};
+  return {missed(load, options.narrowest), false, energy(load), laid_.contact.energy()};
 }
 
 bool PatchPress::is_worse(const Merit& one, const Merit& other, double margin) {
   if (one.missed > 0.0 || other.missed > 0.0) return one.missed > (1.0 + kMissed) * other.missed;
+  if (one.overlooks || other.overlooks) return !other.overlooks;
   return one.energy > other.energy + margin * one.elastic;
 }
 
@@ -591,6 +596,13 @@ double PatchPress::touched_height(const LawOptions& options) const {
   return laid_.contact.indentation() + std::max(lowest, 0.0);
 }
 
+// Whether the tilt that the last look found is large enough for other parts of the body to touch.
+bool PatchPress::may_touch() const {
+  const double* slopes = laid_.contact.slopes();
+  const double level = std::max(search_.loaded(), laid_.contact.indentation());
+  return std::hypot(slopes[0], slopes[1]) * search_.extent() > kSmallTilt * level;
+}
+
 // The part of the body that first touches the surface during the tilt that the last look found.
 PatchPress::NextPart PatchPress::next_part() const {
   const double* slopes = laid_.contact.slopes();
@@ -652,7 +664,7 @@ Plane PatchPress::seen_plane() const {
 
 // Find the next view. False if the contact agrees with the view: it is not deeper than the cells are high, enough cells
 // press, and the body does not tilt.
-bool PatchPress::next_view(const Merit& found, const LawOptions& options, Viewpoint& view) const {
+bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOptions& options, Viewpoint& view) const {
   const double* slopes = laid_.contact.slopes();
   std::size_t pressed = 0;
   for (const std::uint8_t one : laid_.contact.pressed()) pressed += one;
@@ -664,15 +676,15 @@ bool PatchPress::next_view(const Merit& found, const LawOptions& options, Viewpo
   const bool carries = found.missed == 0.0;
   const double leans = std::hypot(slopes[0], slopes[1]);
   const bool narrow = carries && lift <= kNarrow * options.narrowest * leans;
-  const NextPart next = leans * search_.extent() > kSmallTilt * level ? next_part() : NextPart{kNowhere, 0.0};
   const bool touches = carries && next.share < 1.0;
   const bool tilted = touches || (lift > kSmallTilt * level && !narrow);
-  const LaidLower bound = options.tilting ? kLaidLowerTilting : kLaidLower;
+  const LaidLower tilting = laid_.contact.linear() ? kLaidLowerFree : kLaidLowerTilting;
+  const LaidLower bound = options.tilting ? tilting : kLaidLower;
   const bool few = static_cast<double>(pressed) < bound.pressed * static_cast<double>(laid_.heights.size());
   if (tilted) {
     // If the contact does not carry the load, the tilt ends at the next part that touches.
     const double rolling = std::min(1.0, kMostTilt * level / lift) * secant_share(slopes, view.last_tilt);
-    const double share = carries ? rolling : std::min(rolling, next.share);
+    const double share = std::min(rolling, next.share);
     std::copy(slopes, slopes + 2, view.last_tilt);
     const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
     const double slope = std::hypot(to[0], to[1]);

@@ -82,6 +82,7 @@ class PatchPress {
   // Measures by which contacts of different looks are compared; all 0 if they are not compared.
   struct Merit {
     double missed;    // distance of the centre of pressure from the load [m]
+    bool overlooks;   // whether a part of the body without cells touches as the body tilts
     double energy;    // see energy() [J]
     double elastic;   // elastic energy of the surface alone [J]
   };
@@ -100,7 +101,7 @@ class PatchPress {
     Viewpoint view;                    // the last one
     Viewpoint best;                    // the view that gave the best contact so far
     Viewpoint onward;                  // the view to which the best contact leads
-    Merit best_merit = {kNowhere, 0.0, 0.0};   // merit of the best contact
+    Merit best_merit = {kNowhere, false, 0.0, 0.0};   // merit of the best contact
     double too_far[2] = {0.0, 0.0};   // slopes of the last view whose tilt was too large [-]
     bool turned_back = false;     // whether there was one
     int steps_back = 0;           // number of steps back from it since the best view was found
@@ -145,12 +146,13 @@ class PatchPress {
   bool goes_beyond() const;
   bool ends_early() const;
   double touched_height(const LawOptions& options) const;
+  bool may_touch() const;
   NextPart next_part() const;
   bool reaches_other_part() const;
   void widen_regions(double factor) const;
   Plane seen_plane() const;
   double lowered_at_origin() const;
-  bool next_view(const Merit& found, const LawOptions& options, Viewpoint& view) const;
+  bool next_view(const Merit& found, const NextPart& next, const LawOptions& options, Viewpoint& view) const;
   // Elastic energy of the contact plus the potential energy of the load at the body's height [J]. Of all contacts that
   // carry the load, the true one has the least, whatever the cells.
   double energy(const SearchLoad& load) const;
