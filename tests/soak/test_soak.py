@@ -154,6 +154,16 @@ STATES = {
     "a box on a thin sheet that lifts off in large cells": (15000088, 76, 0, "balanced", 0.03),
     "a rough contact gets more cells also if most of them are too high": (4700042, 134, 1, "balanced", 0.06),
     "a box on a thin sheet presses beyond cells that all press": (15100021, 125, 0, "balanced", 0.04),
+    "a contact that overlooks the part onto which the body tilts is wrong, however little its energy": (
+        19100033,
+        133,
+        0,
+        "fast",
+        0.1,
+    ),
+    "a torus that rests on one side of its rim is pressed where it tilts to": (19000046, 136, 0, "fast", 0.12),
+    "a tilt ends at the next part that touches": (19000024, 133, 0, "fast", 0.12),
+    "a bar whose depth the layered sheet limits gets cells that are laid lower": (19000077, 70, 1, "fast", 0.12),
     "cells as long as a soft layer is thick are larger than the compliance's patches": (3300032, 143, 1, "fast", 0.06),
 }
 

@@ -186,7 +186,7 @@ bool PatchPress::press_nested(const Problem& problem, const Looks& looks) {
     if (laid_.heights.size() == before) break;
   }
   const bool better = solved && laid_.heights.size() > coarse && !goes_beyond() &&
-                      !is_worse(merit(problem.load, problem.options), looks.best_merit, kEnergyMargin);
+                      !is_worse(merit(problem.load, next_part(), problem.options), looks.best_merit, kEnergyMargin);
   if (!better) std::swap(laid_, best_);
   settled_ = settled_ || better;
   return better;
@@ -198,11 +198,11 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
   view.end_height = 0.0;
   for (int look = 0; look < kGenerousLooks; ++look) {
     const double higher = look > 0 ? (ends_early() ? kGenerous : 1.0) * view.least_height : 0.0;
-    const NextPart next = may_touch() ? next_part() : NextPart{kNowhere, 0.0};
-    const double highest = std::max(kGenerous * laid_.contact.indentation(), higher), share = std::min(next.share, 1.0);
-    view.spot_height = view.least_height = view.most_height =
-        share < 1.0 ? std::max(highest, kTouchMargin * next.height) : highest;
-    for (int k = 0; k < 2; ++k) view.plane.slopes[k] += share * laid_.contact.slopes()[k];
+    const NextPart next = next_part();
+    double highest = std::max(kGenerous * laid_.contact.indentation(), higher);
+    if (next.share < 1.0) highest = std::max(highest, kTouchMargin * next.height);
+    view.spot_height = view.least_height = view.most_height = highest;
+    for (int k = 0; k < 2; ++k) view.plane.slopes[k] += std::min(next.share, 1.0) * laid_.contact.slopes()[k];
     find_spots(problem, view);
     if (!press(problem, view) || !laid_.contact.exact()) return false;
     if (lifted(laid_.contact.slopes()) <= kMostLift * laid_.contact.indentation() && !ends_early()) break;
@@ -395,9 +395,8 @@ void PatchPress::press_cells(const Problem& problem) {
 // look is left after the next one.
 void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& looks) const {
   const bool solved = pressed && laid_.contact.exact();
-  const NextPart next = solved && may_touch() ? next_part() : NextPart{kNowhere, 0.0};
-  Merit found = solved ? merit(problem.load, problem.options) : Merit{};
-  found.overlooks = next.share < 1.0;
+  const NextPart next = solved ? next_part() : NextPart{};
+  const Merit found = solved ? merit(problem.load, next, problem.options) : Merit{};
   const double margin = problem.options.cells < kManyCells ? kEnergyMargin : kFineEnergyMargin;
   looks.last_is_best = solved && !is_worse(found, looks.best_merit, margin);
   looks.ended = solved && more && ends_early();
@@ -513,9 +512,9 @@ double PatchPress::missed(const SearchLoad& load, double narrowest) const {
   return away > std::max(kMissed * laid_.cells.face().length, narrowest) ? away : 0.0;
 }
 
-PatchPress::Merit PatchPress::merit(const SearchLoad& load, const LawOptions& options) const {
+PatchPress::Merit PatchPress::merit(const SearchLoad& load, const NextPart& next, const LawOptions& options) const {
   if (!options.tilting || !options.law->couples()) return {};
-  return {missed(load, options.narrowest), false, energy(load), laid_.contact.energy()};
+  return {missed(load, options.narrowest), next.share < 1.0, energy(load), laid_.contact.energy()};
 }
 
 bool PatchPress::is_worse(const Merit& one, const Merit& other, double margin) {
@@ -596,16 +595,12 @@ double PatchPress::touched_height(const LawOptions& options) const {
   return laid_.contact.indentation() + std::max(lowest, 0.0);
 }
 
-// Whether the tilt that the last look found is large enough for other parts of the body to touch.
-bool PatchPress::may_touch() const {
-  const double* slopes = laid_.contact.slopes();
-  const double level = std::max(search_.loaded(), laid_.contact.indentation());
-  return std::hypot(slopes[0], slopes[1]) * search_.extent() > kSmallTilt * level;
-}
-
-// The part of the body that first touches the surface during the tilt that the last look found.
+// The part of the body that first touches the surface during the tilt that the last look found. A small tilt counts as
+// none.
 PatchPress::NextPart PatchPress::next_part() const {
   const double* slopes = laid_.contact.slopes();
+  const double level = std::max(search_.loaded(), laid_.contact.indentation());
+  if (!(std::hypot(slopes[0], slopes[1]) * search_.extent() > kSmallTilt * level)) return {};
   double force = 0.0;
   Point centre = {0.0, 0.0};
   for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
@@ -615,7 +610,7 @@ PatchPress::NextPart PatchPress::next_part() const {
     force += own;
     centre.x += own * at.x, centre.y += own * at.y;
   }
-  if (!(force > 0.0)) return {kNowhere, 0.0};
+  if (!(force > 0.0)) return {};
   centre = {centre.x / force, centre.y / force};
   const double sunk = lowered_at_origin() + slopes[0] * centre.x + slopes[1] * centre.y;
   widen_regions(kOtherPart);

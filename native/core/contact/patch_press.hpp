@@ -113,8 +113,8 @@ class PatchPress {
   };
   // The next part of the body that touches outside of all spots while the body tilts.
   struct NextPart {
-    double share;    // of the tilt after which it touches [-]
-    double height;   // of the part above the lowest point then [m]
+    double share = kNowhere;   // of the tilt after which it touches [-]
+    double height = 0.0;       // of the part above the lowest point then [m]
   };
   static SearchLoad load_of(const double* wrench, const ContactSurface& surface);
   Viewpoint first_view(const Problem& problem) const;
@@ -146,7 +146,6 @@ class PatchPress {
   bool goes_beyond() const;
   bool ends_early() const;
   double touched_height(const LawOptions& options) const;
-  bool may_touch() const;
   NextPart next_part() const;
   bool reaches_other_part() const;
   void widen_regions(double factor) const;
@@ -158,9 +157,9 @@ class PatchPress {
   double energy(const SearchLoad& load) const;
   // Distance of the centre of pressure from the load [m]; 0 if it is too small for taxels to resolve.
   double missed(const SearchLoad& load, double narrowest) const;
-  Merit merit(const SearchLoad& load, const LawOptions& options) const;
+  Merit merit(const SearchLoad& load, const NextPart& next, const LawOptions& options) const;
   // A contact that carries the load is better than one that misses it. Of two that carry it, the one of less energy is
-  // better.
+  // better. A contact that overlooks a part of the body is wrong, however little its energy: any other is better.
   static bool is_worse(const Merit& one, const Merit& other, double margin);
 
   // The cells of one look, and the contact on them.
