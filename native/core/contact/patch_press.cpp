@@ -73,6 +73,7 @@ constexpr double kManyAtRim = 300.0;     // largest number of cells if they are 
 
 // Tilts.
 constexpr double kSmallTilt = 0.2;       // lift of the contact, over the level, up to which a tilt needs no other look
+constexpr double kLeastShare = 0.5;      // least share of a tilt that is taken in a view of all parts that touch
 constexpr double kMostTilt = 2.0;        // largest lift that one look adds, over the level
 constexpr double kNarrow = 1.5;          // largest width along the tilt, over the narrowest cells, at which the tilt is
                                          // not determined
@@ -679,7 +680,9 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
   if (tilted) {
     // If the contact does not carry the load, the tilt ends at the next part that touches.
     const double rolling = std::min(1.0, kMostTilt * level / lift) * secant_share(slopes, view.last_tilt);
-    const double share = std::min(rolling, next.share);
+    // A part that was searched for before is not apart from the others, so it does not end the tilt.
+    const bool searched = carries && kTouchMargin * next.height <= view.spot_height;
+    const double share = std::min(rolling, searched ? std::max(next.share, kLeastShare) : next.share);
     std::copy(slopes, slopes + 2, view.last_tilt);
     const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
     const double slope = std::hypot(to[0], to[1]);
