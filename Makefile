@@ -162,6 +162,7 @@ tables: $(VENV)/installed-dev
 	$(BIN)/mjtactile bench mesh --page docs/benchmarks.md
 	$(BIN)/mjtactile bench plugin --page docs/benchmarks.md --out benchmarks/plugin.json
 	$(BIN)/mjtactile bench trade --page docs/benchmarks.md --out benchmarks/trade.json --figure docs/images/trade.png
+	$(BIN)/mjtactile bench small-contacts --page docs/benchmarks.md
 	$(BIN)/mjtactile bench envs --page docs/environments.md
 	$(BIN)/mjtactile envs --page docs/environments.md
 	$(BIN)/mjtactile hands --page docs/hands.md

@@ -1,4 +1,4 @@
-"""The command line: `mjtactile bench` with `mesh`, `plugin`, `trade`, `envs`, `extremes` and `today`."""
+"""The command line: `mjtactile bench` with `mesh`, `plugin`, `trade`, `small-contacts`, `envs`, `extremes`, `today`."""
 
 from __future__ import annotations
 
@@ -82,6 +82,18 @@ def bench_trade(
     write(table)
     if figure is not None:
         _draw_trade(result, figure)
+
+
+@bench_app.command("small-contacts")
+def bench_small_contacts(as_json: AsJson = False, page: PageOption = None) -> None:
+    """Measure the error of every preset under contacts that are not much larger than an element of its mesh."""
+    from mjtactile.cli.benchmarks.small_contacts import small_contacts_benchmark, small_contacts_table
+    from mjtactile.cli.benchmarks.tables import table_on_page
+
+    write = table_on_page(page, "small-contacts")
+    result = small_contacts_benchmark()
+    typer.echo(json.dumps(result, indent=2) if as_json else small_contacts_table(result))
+    write(small_contacts_table(result))
 
 
 @bench_app.command("envs")

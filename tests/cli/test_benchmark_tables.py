@@ -2,9 +2,11 @@ import re
 from pathlib import Path
 
 import mujoco
+import numpy as np
 import pytest
 
 from mjtactile.cli.benchmarks.plugin import FingersScene, PluginScene, compiled, plugin_table
+from mjtactile.cli.benchmarks.small_contacts import small_contacts_benchmark, small_contacts_table
 from mjtactile.cli.benchmarks.tables import mesh_table, stored_runs, table_on_page, today_table
 from mjtactile.cli.benchmarks.tactile import mujoco_tactile_time
 from mjtactile.errors import MjTactileError
@@ -71,6 +73,15 @@ def test_the_stored_run_of_the_plugin_is_the_one_on_the_page():
 def test_meshes_and_mujocos_own_sensor_are_in_the_table_of_meshes():
     for name in ("draft", "default", "fine", "<tactile>"):
         assert name in table_on("docs/benchmarks.md", "mesh")
+
+
+def test_small_contacts_are_read_as_the_page_says():
+    rows = small_contacts_table(small_contacts_benchmark(["fast", "balanced"])).splitlines()[2:]
+    shown = table_on("docs/benchmarks.md", "small-contacts").splitlines()[2:4]
+    for row, line in zip(rows, shown, strict=True):
+        assert row.split("|")[1] == line.split("|")[1]
+        found, expected = (np.array(re.findall(r"[\d.]+(?=%)", text), dtype=float) for text in (row, line))
+        np.testing.assert_allclose(found, expected, atol=0.11)
 
 
 def test_stick_and_coulomb_stand_beside_proportional_in_the_same_scene():

@@ -30,6 +30,7 @@ WORK = (
     ("mjtactile.cli.benchmarks.mesh", "mesh_benchmark"),
     ("mjtactile.cli.benchmarks.plugin", "plugin_benchmark"),
     ("mjtactile.cli.benchmarks.trade", "trade_benchmark"),
+    ("mjtactile.cli.benchmarks.small_contacts", "small_contacts_benchmark"),
     ("mjtactile.cli.benchmarks.envs", "envs_benchmark"),
     ("mjtactile.cli.benchmarks.extremes", "extremes_benchmark"),
     ("mjtactile.recognition.evaluation.recognisers", "evaluate"),
