@@ -91,10 +91,11 @@ class BondedLayer:
         top, base = self._solutions(k, 0.0), self._solutions(k, self.layer.thickness)
         axial = self.layer.lame_lambda * (k * top[:, 0] + top[:, 3]) + 2 * self.layer.shear_modulus * top[:, 3]
         shear = self.layer.shear_modulus * (top[:, 2] - k * top[:, 1])
-        equations = np.stack([axial, shear, base[:, 0], base[:, 1]])
+        equations: Array = np.stack([axial, shear, base[:, 0], base[:, 1]])
         known = np.zeros((len(k), 4, 1))
         known[:, 0] = -1.0
-        return np.linalg.solve(np.moveaxis(equations, 2, 0), known)[..., 0].T
+        factors: Array = np.linalg.solve(np.moveaxis(equations, 2, 0), known)[..., 0].T.astype(np.float64)
+        return factors
 
 
 def top_readings(pad: Pad, radius: float, place: Array) -> Array:

@@ -55,6 +55,6 @@ def test_the_stored_cases_are_these(radius):
     with np.load(DATA) as stored:
         np.testing.assert_array_equal(stored["radii"], RADII)
         np.testing.assert_array_equal(stored["places"], PLACES)
-        found = top_readings(Pad(), RADII[radius], PLACES[1])
+        found = top_readings(Pad(), float(RADII[radius]), PLACES[1])
         np.testing.assert_allclose(stored["readings"][radius, 1], found, rtol=1e-5)
         assert 9 <= np.isfinite(found).sum() <= (REACH / 1.25e-3 + 1) ** 2 * np.pi
