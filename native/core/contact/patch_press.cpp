@@ -38,7 +38,8 @@ constexpr double kTiltedShare = 0.6;     // height up to which parts of a tilted
 
 // When cells are laid again. They are laid lower if the share of pressed cells is below `pressed` and the contact ends
 // below `lower` times their height. A body that tilts is looked at several times anyway. One that does not tilt is
-// mostly looked at once.
+// mostly looked at once. A contact that is free, with no pressure at its bound and its load where it was asked for, is
+// known to be as deep as it was found.
 struct LaidLower {
   double pressed, lower;
 };
