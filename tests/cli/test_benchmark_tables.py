@@ -8,7 +8,7 @@ import pytest
 from mjtactile.cli.benchmarks.plugin import FingersScene, PluginScene, compiled, plugin_table
 from mjtactile.cli.benchmarks.small_contacts import small_contacts_benchmark, small_contacts_table
 from mjtactile.cli.benchmarks.tables import mesh_table, stored_runs, table_on_page, today_table
-from mjtactile.cli.benchmarks.tactile import mujoco_tactile_time
+from mjtactile.cli.benchmarks.timing import mujoco_tactile_time
 from mjtactile.errors import MjTactileError
 
 
