@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,12 +21,9 @@ Out = Annotated[Path | None, typer.Option(help="Write the result to this JSON fi
 def bench_mesh(as_json: AsJson = False, page: PageOption = None) -> None:
     """Measure build time, size, memory, update time and error of each mesh, compared with MuJoCo's `<tactile>`."""
     from mjtactile.cli.benchmarks.mesh import mesh_benchmark
-    from mjtactile.cli.benchmarks.tables import mesh_table, table_on_page
+    from mjtactile.cli.benchmarks.tables import mesh_table
 
-    write = table_on_page(page, "mesh")
-    result = mesh_benchmark()
-    typer.echo(json.dumps(result, indent=2) if as_json else mesh_table(result))
-    write(mesh_table(result))
+    _show(mesh_benchmark, mesh_table, "mesh", as_json, page)
 
 
 @bench_app.command("plugin")
@@ -88,12 +86,8 @@ def bench_trade(
 def bench_small_contacts(as_json: AsJson = False, page: PageOption = None) -> None:
     """Measure the error of every preset under contacts that are not much larger than an element of its mesh."""
     from mjtactile.cli.benchmarks.small_contacts import small_contacts_benchmark, small_contacts_table
-    from mjtactile.cli.benchmarks.tables import table_on_page
 
-    write = table_on_page(page, "small-contacts")
-    result = small_contacts_benchmark()
-    typer.echo(json.dumps(result, indent=2) if as_json else small_contacts_table(result))
-    write(small_contacts_table(result))
+    _show(small_contacts_benchmark, small_contacts_table, "small-contacts", as_json, page)
 
 
 @bench_app.command("envs")
@@ -104,12 +98,8 @@ def bench_envs(
 ) -> None:
     """Measure steps per second of one environment and of many, with and without pads, compared with MuJoCo alone."""
     from mjtactile.cli.benchmarks.envs import envs_benchmark, envs_table
-    from mjtactile.cli.benchmarks.tables import table_on_page
 
-    write = table_on_page(page, "envs")
-    result = envs_benchmark(quick=quick)
-    typer.echo(json.dumps(result, indent=2) if as_json else envs_table(result))
-    write(envs_table(result))
+    _show(lambda: envs_benchmark(quick=quick), envs_table, "envs", as_json, page)
 
 
 @bench_app.command("extremes")
@@ -129,6 +119,23 @@ def bench_today(page: PageOption = None) -> None:
     write = table_on_page(page, "today")
     table = today_table(**stored_runs())
     typer.echo(table)
+    write(table)
+
+
+def _show(
+    measure: Callable[[], dict[str, Any]],
+    table_of: Callable[[dict[str, Any]], str],
+    name: str,
+    as_json: bool,
+    page: Path | None,
+) -> None:
+    """Measure and print the result, and write its table on the page, which is checked before the work begins."""
+    from mjtactile.cli.benchmarks.tables import table_on_page
+
+    write = table_on_page(page, name)
+    result = measure()
+    table = table_of(result)
+    typer.echo(json.dumps(result, indent=2) if as_json else table)
     write(table)
 
 

@@ -164,16 +164,3 @@ class QuarterPad:
         strain = (gradient + gradient.T) / 2
         deviator = 2 * self._lame[1] * (strain - np.trace(strain) / 3 * np.eye(3))
         return float(np.sqrt(1.5 * (deviator**2).sum()))
-
-
-def ball_rule(count: int) -> tuple[Array, Array]:
-    """Points (points, 3) and weights of the mean over the unit ball, by Gauss in radius and height."""
-    x, weights = np.polynomial.legendre.leggauss(count)
-    radius, height, turn = np.meshgrid(
-        (x + 1) / 2, x, 2 * np.pi * (np.arange(2 * count) + 0.5) / (2 * count), indexing="ij"
-    )
-    aside = np.sqrt(1 - height**2)
-    points = radius[..., None] * np.stack([aside * np.cos(turn), aside * np.sin(turn), height], axis=-1)
-    share = 3 * ((x + 1) / 2) ** 2 * weights / 2
-    shares = np.broadcast_to((share[:, None] * weights / 2)[..., None] / (2 * count), turn.shape)
-    return points.reshape(-1, 3), shares.ravel()

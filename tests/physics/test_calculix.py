@@ -13,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from quarter_pad import Ball, IsotropicSolid, QuarterPad, ball_rule, graded
+from bonded_layer import ball_rule
+from quarter_pad import Ball, IsotropicSolid, QuarterPad, graded
 from shapely import Polygon, affinity
 
 from mjtactile.cli.benchmarks.direct import relative_difference, solve, without_tables

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from quarter_pad import Ball, IsotropicSolid, QuarterPad, ball_rule, graded
+from bonded_layer import ball_rule
+from quarter_pad import Ball, IsotropicSolid, QuarterPad, graded
 from shapely import Polygon
 
 from mjtactile.contact.contact_load import contact_load

@@ -133,14 +133,16 @@ def von_mises(stress: Array) -> Array:
 
 
 def ball_rule(count: int) -> tuple[Array, Array]:
-    """Points (n, 3) and weights (n,) for the mean over the unit ball, `count` along each of three coordinates."""
-    points, weights = np.polynomial.legendre.leggauss(count)
-    radii, angles = (points + 1) / 2, np.pi * np.arange(2 * count) / count
-    r, along, angle = np.meshgrid(radii, points, angles, indexing="ij")
-    across = np.sqrt(1 - along**2)
-    weight = np.einsum("i,j,k->ijk", 1.5 * weights * radii**2, weights / 2, np.full(2 * count, 0.5 / count))
-    places = np.stack([r * across * np.cos(angle), r * across * np.sin(angle), r * along], axis=-1)
-    return places.reshape(-1, 3), weight.ravel()
+    """Points (points, 3) and weights of the mean over the unit ball, by Gauss in radius and height."""
+    x, weights = np.polynomial.legendre.leggauss(count)
+    radius, height, turn = np.meshgrid(
+        (x + 1) / 2, x, 2 * np.pi * (np.arange(2 * count) + 0.5) / (2 * count), indexing="ij"
+    )
+    aside = np.sqrt(1 - height**2)
+    points = radius[..., None] * np.stack([aside * np.cos(turn), aside * np.sin(turn), height], axis=-1)
+    share = 3 * ((x + 1) / 2) ** 2 * weights / 2
+    shares = np.broadcast_to((share[:, None] * weights / 2)[..., None] / (2 * count), turn.shape)
+    return points.reshape(-1, 3), shares.ravel()
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ import numpy as np
 from shapely import Point
 
 from mjtactile._types import Array
+from mjtactile.cli.benchmarks.direct import relative_difference
 from mjtactile.experiments.markdown import markdown_table
 from mjtactile.fidelity import PRESETS
 from mjtactile.influence.cache import influence_matrices
@@ -59,8 +60,7 @@ def _error(influence: InfluenceMatrices, radius: float, place: Array, exact: Arr
     load = _ball_pressure(influence, radius, place)
     force = -load.resultant()[0][2]
     near = np.isfinite(exact)
-    found = influence.readings(load)[0] / force
-    return float(np.linalg.norm((found - exact)[near]) / np.linalg.norm(exact[near]))
+    return relative_difference(influence.readings(load)[0][near] / force, exact[near])
 
 
 def _ball_pressure(influence: InfluenceMatrices, radius: float, place: Array) -> SurfaceLoad:

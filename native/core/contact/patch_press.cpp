@@ -679,9 +679,8 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
   const LaidLower bound = options.tilting ? tilting : kLaidLower;
   const bool few = static_cast<double>(pressed) < bound.pressed * static_cast<double>(laid_.heights.size());
   if (tilted) {
-    // If the contact does not carry the load, the tilt ends at the next part that touches.
     const double rolling = std::min(1.0, kMostTilt * level / lift) * secant_share(slopes, view.last_tilt);
-    // A part that was searched for before is not apart from the others, so it does not end the tilt.
+    // The tilt ends at the next part that touches. A part that was searched for before is not apart from the others.
     const bool searched = carries && kTouchMargin * next.height <= view.spot_height;
     const double share = std::min(rolling, searched ? std::max(next.share, kLeastShare) : next.share);
     std::copy(slopes, slopes + 2, view.last_tilt);
