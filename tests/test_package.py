@@ -23,6 +23,15 @@ def test_what_the_pages_call_by_its_full_name_is_there_after_one_import(name):
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+@pytest.mark.parametrize(
+    "module",
+    ["plugin.engine", "plugin.model_copy", "plugin.mujoco_layout", "plugin.registration", "sim.mujoco_library"],
+)
+def test_modules_that_mujoco_loads_can_be_imported_before_it(module):
+    # MuJoCo registers the plugin while it is imported. A module that imported MuJoCo would be needed half loaded.
+    subprocess.run([sys.executable, "-c", f"import mjtactile.{module}, mujoco"], check=True)
+
+
 def test_unknown_names_fail_as_python_expects():
     with pytest.raises(AttributeError, match="no_such_name"):
         mjtactile.no_such_name  # noqa: B018

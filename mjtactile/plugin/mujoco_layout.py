@@ -3,6 +3,8 @@
 Structures change from version to version, so a plugin compiled against one version would misread another.
 `mujoco.introspect` lists all fields of the imported MuJoCo; C's rules of alignment give their offsets. Before use,
 pointers and numbers at these offsets are compared with those of MuJoCo's Python bindings.
+
+Functions import MuJoCo, not the module: MuJoCo has the plugin registered while it is imported, with this module whole.
 """
 
 from __future__ import annotations
@@ -12,7 +14,6 @@ import sys
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-import mujoco
 import numpy as np
 
 from mjtactile.errors import NativeError
@@ -43,6 +44,8 @@ _FIELDS = (
 _OPTIONAL = (("mjData", "body_awake"), ("mjModel", "sensor_history"))
 #: Functions in the order of `Functions` in native/plugin/mujoco_view.hpp.
 FUNCTIONS = ("mj_contactForce", "mj_getPluginConfig", "mju_warning", "mjp_registerPlugin", "mjv_initGeom")
+#: Those that follow, which MuJoCo has from 4.0 on: they run tasks on the threads of a simulation's pool.
+OPTIONAL_FUNCTIONS = ("mju_dispatch", "mju_numThread")
 
 
 class TypeSize(NamedTuple):
@@ -60,6 +63,8 @@ class MujocoLayout(NamedTuple):
 
     def packed(self) -> np.ndarray:
         """The layout as integers in the order of `Layout`, for the plugin."""
+        import mujoco
+
         numbers = [
             self.offsets[structure][name] if name else self.sizes[structure]
             for structure, names in _FIELDS
@@ -151,6 +156,8 @@ _CONTACT_FIELDS = (
 
 def _check(layout: MujocoLayout) -> None:
     """Compare the contents at the offsets with the values of MuJoCo's bindings; raises NativeError."""
+    import mujoco
+
     if sys.byteorder != "little":
         raise _unknown("the plugin supports little-endian machines only")
     model = mujoco.MjModel.from_xml_string(_CHECK)
@@ -186,6 +193,8 @@ def _number(address: int, kind: Any) -> int:
 
 
 def _unknown(reason: str) -> NativeError:
+    import mujoco
+
     return NativeError(
         f"this mjtactile cannot add its sensor plugin to MuJoCo {mujoco.__version__}: {reason}. It is tested with "
         "MuJoCo 3.3.7 to 4.0: install one of these, or a newer mjtactile."

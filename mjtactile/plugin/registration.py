@@ -53,10 +53,12 @@ def ensure_registered() -> None:
         import mujoco
 
         core, numbers = library(), running_layout().packed()
-        from mjtactile.plugin.mujoco_layout import FUNCTIONS
+        from mjtactile.plugin.mujoco_layout import FUNCTIONS, OPTIONAL_FUNCTIONS
         from mjtactile.sim.mujoco_library import mujoco_library
 
-        functions = [ctypes.cast(getattr(mujoco_library(), name), ctypes.c_void_p) for name in FUNCTIONS]
+        there_are = [getattr(mujoco_library(), name) for name in FUNCTIONS]
+        there_are += [getattr(mujoco_library(), name, None) for name in OPTIONAL_FUNCTIONS]
+        functions = [ctypes.cast(one, ctypes.c_void_p) for one in there_are]
         core.mjt_plugin_register.restype = ctypes.c_int
         slot = core.mjt_plugin_register(
             ctypes.c_void_p(numbers.ctypes.data),

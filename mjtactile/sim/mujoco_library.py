@@ -1,15 +1,20 @@
-"""Access to MuJoCo's C library for what its Python bindings lack: the plugin of a sensor and its attributes."""
+"""Access to MuJoCo's C library for what its Python bindings lack: the plugin of a sensor and its attributes.
+
+Functions import MuJoCo, not the module: MuJoCo has the plugin registered while it is imported, with this module whole.
+"""
 
 from __future__ import annotations
 
 import ctypes
 from functools import lru_cache
 from pathlib import Path
-
-import mujoco
+from typing import TYPE_CHECKING
 
 from mjtactile.errors import NativeError
 from mjtactile.pad_names import PLUGIN
+
+if TYPE_CHECKING:
+    import mujoco
 
 
 @lru_cache(maxsize=1)
@@ -19,6 +24,8 @@ def mujoco_library() -> ctypes.CDLL:
     Raises:
         NativeError: the library is not in the folder of the bindings.
     """
+    import mujoco
+
     folder = Path(mujoco.__file__).parent
     patterns = ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
     found = [path for pattern in patterns for path in sorted(folder.glob(pattern))]
@@ -48,6 +55,8 @@ def is_pad_sensor(model: mujoco.MjModel, sensor: int) -> bool:
         model: compiled model.
         sensor: index of the sensor; False for a negative one.
     """
+    import mujoco
+
     if sensor < 0 or model.sensor_type[sensor] != mujoco.mjtSensor.mjSENS_PLUGIN:
         return False
     function = mujoco_library().mjp_getPluginAtSlot

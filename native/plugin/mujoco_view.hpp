@@ -42,13 +42,18 @@ struct Layout {
   std::int64_t object_geom, geom_box, stage_acc, capability_sensor;  // constants, not offsets
 };
 
-// Functions of the running MuJoCo.
+// A task on a thread of a simulation's pool: about(...), number of the thread, number of the task.
+using Task = void (*)(const Model*, Data*, void*, int, int);
+
+// Functions of the running MuJoCo. The last two are null where it has no such function.
 struct Functions {
   void (*contact_force)(const Model*, const Data*, int, double*);
   const char* (*plugin_config)(const Model*, int, const char*);
   void (*warning)(const char*, ...);
   int (*register_plugin)(const void*);
   void (*init_geom)(void*, int, const double*, const double*, const double*, const float*);
+  void (*dispatch)(const Model*, Data*, Task, void*, int);   // run tasks on the threads of a simulation's pool
+  int (*thread_count)(const Data*);                          // of the pool and the caller; 1 without a pool
 };
 
 template <typename Field>

@@ -28,6 +28,9 @@ constexpr double kTileThickness = 2e-5;
 constexpr float kOpacity = 0.75f;
 // Readings that take longer than these are counted [s].
 constexpr double kSlow = 1e-3, kVerySlow = 5e-3;
+// Threads are woken for sensors that took longer than this together, without the one that took longest [s]. To wake
+// them takes about a third of it.
+constexpr double kWorthThreads = 1e-4;
 // The body of a note that is about the pad alone.
 constexpr int kNoBody = -1;
 
@@ -287,48 +290,121 @@ class Instance {
   std::vector<double> readings_;
 };
 
-// Instances by simulation. The plugin's pointers in mjData are not used: a simulation that is restored from a pickle
-// has those of the simulation it was made from.
+double* state_of(const Model* model, Data* data, int instance) {
+  return field<double*>(data, layout.data_plugin_state) +
+         field<const int*>(model, layout.model_plugin_stateadr)[instance];
+}
+
+// The sensors of one simulation. MuJoCo computes them one after the other, in the order of their numbers. If the
+// simulation has a pool of threads (mju_threadpool), the first one has all of them computed, on these threads.
+class Simulation {
+ public:
+  bool empty() const { return members_.empty(); }
+  Instance* find(int number) {
+    const auto at = place(number);
+    return at != members_.end() && at->number == number ? at->instance.get() : nullptr;
+  }
+  void keep(int number, std::unique_ptr<Instance> made) {
+    const auto at = place(number);
+    if (at != members_.end() && at->number == number) {
+      at->instance = std::move(made);
+    } else {
+      members_.insert(at, {number, std::move(made), 0.0});
+    }
+  }
+  std::unique_ptr<Instance> take(int number) {
+    const auto at = place(number);
+    if (at == members_.end() || at->number != number) return nullptr;
+    std::unique_ptr<Instance> taken = std::move(at->instance);
+    members_.erase(at);
+    return taken;
+  }
+
+  void compute(const Model* model, Data* data, int number) {
+    if (empty()) return;
+    if (number == members_.front().number) all_computed_ = compute_all(model, data);
+    if (all_computed_) return;
+    if (Instance* found = find(number)) found->compute(model, data, state_of(model, data, number));
+  }
+
+ private:
+  struct Member {
+    int number;
+    std::unique_ptr<Instance> instance;
+    double took;   // time that it took last, if it was computed with the others [s]
+  };
+
+  std::vector<Member>::iterator place(int number) {
+    return std::lower_bound(members_.begin(), members_.end(), number,
+                            [](const Member& member, int other) { return member.number < other; });
+  }
+
+  // False if the simulation has no other threads. Sensors that took longest are computed first, because the threads
+  // then end at about the same time.
+  bool compute_all(const Model* model, Data* data) {
+    const int count = static_cast<int>(members_.size());
+    if (count < 2 || functions.dispatch == nullptr || functions.thread_count(data) < 2) return false;
+    queue_.clear();
+    for (Member& member : members_) queue_.push_back(&member);
+    std::sort(queue_.begin(), queue_.end(), [](const Member* a, const Member* b) { return a->took > b->took; });
+    double others = 0.0;
+    for (int task = 1; task < count; ++task) others += queue_[static_cast<std::size_t>(task)]->took;
+    if (others > kWorthThreads) {
+      functions.dispatch(model, data, compute_one, this, count);
+    } else {
+      for (int task = 0; task < count; ++task) compute_one(model, data, this, 0, task);
+    }
+    return true;
+  }
+  static void compute_one(const Model* model, Data* data, void* simulation, int, int task) {
+    Member& member = *static_cast<Simulation*>(simulation)->queue_[static_cast<std::size_t>(task)];
+    const auto start = std::chrono::steady_clock::now();
+    member.instance->compute(model, data, state_of(model, data, member.number));
+    member.took = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  std::vector<Member> members_;    // by number
+  std::vector<Member*> queue_;     // in the order in which they are computed
+  bool all_computed_ = false;      // whether the first one had all of them computed
+};
+
+// All simulations. The plugin's pointers in mjData are not used: a simulation that is restored from a pickle has those
+// of the simulation it was made from.
 class Registry {
  public:
-  Instance* find(const Data* data, int instance) {
+  Simulation* find(const Data* data) {
     const std::shared_lock<std::shared_mutex> lock(mutex_);
-    const auto found = instances_.find({data, instance});
-    return found == instances_.end() ? nullptr : found->second.get();
+    const auto found = simulations_.find(data);
+    return found == simulations_.end() ? nullptr : found->second.get();
+  }
+  Instance* find(const Data* data, int instance) {
+    Simulation* found = find(data);
+    return found == nullptr ? nullptr : found->find(instance);
   }
   void keep(const Data* data, int instance, std::unique_ptr<Instance> made) {
     const std::unique_lock<std::shared_mutex> lock(mutex_);
-    instances_[{data, instance}] = std::move(made);
+    std::unique_ptr<Simulation>& simulation = simulations_[data];
+    if (simulation == nullptr) simulation = std::make_unique<Simulation>();
+    simulation->keep(instance, std::move(made));
   }
   void drop(const Data* data, int instance) {
     std::unique_ptr<Instance> dropped;  // destroyed after the lock is released, because its destructor calls Python
     const std::unique_lock<std::shared_mutex> lock(mutex_);
-    const auto found = instances_.find({data, instance});
-    if (found == instances_.end()) return;
-    dropped = std::move(found->second);
-    instances_.erase(found);
+    const auto found = simulations_.find(data);
+    if (found == simulations_.end()) return;
+    dropped = found->second->take(instance);
+    if (found->second->empty()) simulations_.erase(found);
   }
 
  private:
-  using Key = std::pair<const Data*, int>;
-  struct Hash {
-    std::size_t operator()(const Key& key) const {
-      return std::hash<const Data*>()(key.first) ^ (static_cast<std::size_t>(key.second) * 0x9e3779b97f4a7c15u);
-    }
-  };
   std::shared_mutex mutex_;
-  std::unordered_map<Key, std::unique_ptr<Instance>, Hash> instances_;
+  std::unordered_map<const Data*, std::unique_ptr<Simulation>> simulations_;
 };
 
 // Never destroyed, because simulations may end after this library's static objects.
 Registry& registry() {
   static auto* const all = new Registry;
   return *all;
-}
-
-double* state_of(const Model* model, Data* data, int instance) {
-  return field<double*>(data, layout.data_plugin_state) +
-         field<const int*>(model, layout.model_plugin_stateadr)[instance];
 }
 
 // Have Python interpret an instance's attributes. With `geom` < 0, only what the output's size depends on. False if the
@@ -440,7 +516,7 @@ void reset(const Model*, double* state, void*, int) { state[0] = state[1] = 0.0;
 
 void compute(const Model* model, Data* data, int instance, int capability) {
   if ((capability & layout.capability_sensor) == 0) return;
-  if (Instance* found = registry().find(data, instance)) found->compute(model, data, state_of(model, data, instance));
+  if (Simulation* found = registry().find(data)) found->compute(model, data, instance);
 }
 
 void advance(const Model* model, Data* data, int instance) {

@@ -335,6 +335,58 @@ def test_threads_read_the_same_bits(model):
     assert all((one == other).all() for one, other in zip(found, expected, strict=True))
 
 
+BALL = '<body name="box{n}" pos="{x} 0 .00501"><freejoint/><geom type="sphere" size=".005" mass=".05"/></body>'
+needs_pool = pytest.mark.skipif(not hasattr(mujoco, "mju_threadpool"), reason="this MuJoCo has no pool of threads")
+
+
+def rolling(model, workers):
+    """A simulation with a pool of threads, in which each of the model's balls rolls on its pad in its own way."""
+    data = mujoco.MjData(model)
+    mujoco.mju_threadpool(data, workers)
+    data.qvel[:] = np.random.default_rng(2).uniform(-0.05, 0.05, model.nv)
+    return data
+
+
+@needs_pool
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_pool_of_threads_reads_the_same_bits(workers):
+    model = mujoco.MjModel.from_xml_string(scene(pads=4, body=BALL))
+    alone, together = mujoco.MjData(model), rolling(model, workers)
+    alone.qvel[:] = together.qvel
+    read = 0
+    for step in range(300):
+        if step == 150:  # the pool is given another size, and taken away
+            mujoco.mju_threadpool(together, 3 - workers)
+        if step == 250:
+            mujoco.mju_threadpool(together, 0)
+        for data in (alone, together):
+            mujoco.mj_step(model, data)
+        assert (together.sensordata == alone.sensordata).all()
+        read += together.sensordata.any()
+    assert read > 100
+
+
+def worker_seconds(model):
+    """Processor time of a pool's one thread over 300 steps [s]."""
+    threads = Path("/proc/self/task")
+    before = set(threads.iterdir())
+    data = rolling(model, 1)
+    (worker,) = set(threads.iterdir()) - before
+    for _ in range(300):
+        mujoco.mj_step(model, data)
+    return 1e-9 * float((worker / "schedstat").read_text().split()[0])
+
+
+@needs_pool
+@pytest.mark.skipif(not Path("/proc/self/schedstat").exists(), reason="needs Linux's times of threads")
+def test_a_pool_of_threads_presses_pads():
+    model = mujoco.MjModel.from_xml_string(scene(pads=4, body=BALL))
+    with_pads = worker_seconds(model)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
+    without = worker_seconds(model)
+    assert with_pads > 6 * without  # 20; without tasks of pads it would be 2
+
+
 def initial_states(model, count):
     data = mujoco.MjData(model)
     spec = mujoco.mjtState.mjSTATE_FULLPHYSICS

@@ -110,6 +110,7 @@ class PluginScene:
         pads: number of pads.
         touched: number of pads whose punch presses; the punches over the others hover.
         ground: kind of the pads, "ours" or "theirs", with or without the sensor.
+        threads: threads of a step, the caller's included, in MuJoCo's own pool.
     """
 
     shape: str = "box"
@@ -121,6 +122,7 @@ class PluginScene:
     pads: int = 1
     touched: int = 1
     ground: str = "ours"
+    threads: int = 1
 
     def xml(self) -> str:
         """The scene as MJCF."""
@@ -302,7 +304,11 @@ def _cases(presets: tuple[str, ...], table: str) -> Iterator[tuple[str, PluginSc
         yield f"moving {shape}{way}{preset}", ours, bare
     for preset in presets[:2]:
         fingers = FingersScene(pads=5, touched=5)
-        yield f"five fingers around a ball, {preset}", replace(fingers, sensor="ours", fidelity=preset), fingers
+        for threads, name in ((1, ""), (2, " on two threads")):
+            if threads == 1 or hasattr(mujoco, "mju_threadpool"):
+                bare = replace(fingers, threads=threads)
+                ours = replace(bare, sensor="ours", fidelity=preset)
+                yield f"five fingers around a ball{name}, {preset}", ours, bare
     if table:
         bare = PluginScene(moving=True)
         name = f"moving box, balanced with {_CELLS} cells"
@@ -335,6 +341,8 @@ class _Stepper:
         self._scene = scene
         self._model = compiled(scene)
         self._data = mujoco.MjData(self._model)
+        if scene.threads > 1:
+            mujoco.mju_threadpool(self._data, scene.threads - 1)
         self._step = 0
         self._data.ctrl[:] = scene.controls(0)
         self._data.ctrl[scene.pads :] = 0.0
