@@ -44,6 +44,9 @@ ELONGATED, TURNS = 4.0, 4
 INSIDE = 1e-3
 #: Steepest lean [-].
 MOST_LEAN = 0.5
+#: With a bound on pressure, shear from torsion is at most the pressure, or this many times the shear from sliding if
+#: that is more. What exceeds this is not carried.
+TWIST_OVER_SLIDING = 1.5
 #: Conditions of the solution hold to this, over the largest force and the deepest sinking.
 ACCEPTED = 1e-7
 
@@ -146,7 +149,7 @@ def dense_readings(
         bodies: at least one.
         cells: that lie near each body's contact; with many bodies fewer, 5,000 in all.
         tilting: whether the bodies tilt until their moments are the given ones; else they keep their orientation.
-        cap: largest pressure of what does not slide [Pa]; None for no bound.
+        cap: largest pressure of what does not slide [Pa], which bounds shear from torsion as well; None for no bound.
 
     Raises:
         DenseContactError: a body does not press or is not over the sheet, its force is more than `cap` times what it
@@ -376,7 +379,8 @@ class Pressing:
             along = _along_normals(one.slopes - slopes, pressing)
             leaning = along - _proportional_shear(_resultant(one.centres, along), one.centres, pressing, through)
             wanted = np.array([*body.force[:2], body.moment[2]])
-            shear = leaning + _proportional_shear(wanted, one.centres, pressing, through)
+            bounded = math.isfinite(self.cap)
+            shear = leaning + _proportional_shear(wanted, one.centres, pressing, through, bounded=bounded)
             solved.append(BodyContact(one, np.column_stack([shear, -pressing]), leaning, gaps[span], moved, through))
         return solved
 
@@ -469,7 +473,9 @@ def _resultant(points: Array, along: Array) -> Array:
     return np.array([*along.sum(axis=0), (points[:, 0] * along[:, 1] - points[:, 1] * along[:, 0]).sum()])
 
 
-def _proportional_shear(wanted: Array, points: Array, pressing: Array, through: Array) -> Array:
+def _proportional_shear(
+    wanted: Array, points: Array, pressing: Array, through: Array, *, bounded: bool = False
+) -> Array:
     """Shear proportional to the pressure, plus a turn about the centre of pressure, (n, 2) [N].
 
     Args:
@@ -477,14 +483,28 @@ def _proportional_shear(wanted: Array, points: Array, pressing: Array, through: 
         points: middles of the cells, (n, 2) [m].
         pressing: forces on them, (n,) [N].
         through: centre of pressure (x, y) [m].
+        bounded: whether the turn is bounded, see `TWIST_OVER_SLIDING`.
     """
     offset = points - through
     fx, fy, torsion = wanted
     torsion = torsion - (through[0] * fy - through[1] * fx)
     polar = float(pressing @ (offset**2).sum(axis=1))
     turn = torsion / polar if polar > 0.0 else 0.0
-    sideways = np.array([fx, fy]) / pressing.sum() + turn * np.column_stack([-offset[:, 1], offset[:, 0]])
-    return pressing[:, None] * sideways
+    slide = np.array([fx, fy]) / pressing.sum()
+    turned = turn * np.column_stack([-offset[:, 1], offset[:, 0]])
+    share = _bounded_share(slide, turned[pressing > 0.0]) if bounded else 1.0
+    return pressing[:, None] * (slide + share * turned)
+
+
+def _bounded_share(slide: Array, turned: Array) -> float:
+    """Share of a turn (n, 2) that joins a slide (2,) within the bound; both are shear over pressure [-]."""
+    most = max(1.0, TWIST_OVER_SLIDING * float(np.hypot(*slide)))
+    square, along = (turned**2).sum(axis=1), turned @ slide
+    left = most**2 - slide @ slide
+    # The positive root of square share^2 + 2 along share = left, where there is a turn.
+    some = square > 0.0
+    roots = (np.sqrt(along[some] ** 2 + square[some] * left) - along[some]) / square[some]
+    return float(np.min(roots, initial=1.0))
 
 
 def _read(influence: InfluenceMatrices, pressing: Pressing, solved: list[BodyContact]) -> DenseContact:

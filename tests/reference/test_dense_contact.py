@@ -150,6 +150,21 @@ def test_resultants_are_the_wrench(draft):
     assert np.abs(dense.left).max() < 1e-9
 
 
+@pytest.mark.parametrize("sideways", [0.0, 0.2, 0.8])
+def test_torsion_beyond_its_bound_is_left(draft, sideways):
+    force, moment = np.array([sideways * FORCE, 0.0, -FORCE]), np.array([0.0, 0.0, 1e-3])
+    dense = dense_readings(draft, [Body(ball(5e-3), force, moment)], cap=1e9)
+    part = dense.bodies[0]
+    pressing = -part.forces[:, 2]
+    pressed = pressing > 0.0
+    shear = (part.forces[:, :2] - part.leaning)[pressed] / pressing[pressed, None]
+    assert np.hypot(*shear.T).max() == pytest.approx(max(1.0, 1.5 * sideways), rel=1e-9)
+    if sideways == 0.0:
+        # The mean square radius of Hertz's pressure is two fifths of the contact's. At the rim, shear is the pressure.
+        radius = np.sqrt(dense.pressed_area / np.pi)
+        assert moment[2] - dense.left[5] == pytest.approx(0.4 * FORCE * radius, rel=0.02)
+
+
 def test_moment_that_nothing_carries_is_left(draft):
     dense = dense_readings(
         draft, [Body(face(shapely.box(-4e-3, -4e-3, 4e-3, 4e-3)), DOWN, through(6e-3, 0.0))], cells=1000, cap=3e6
