@@ -155,6 +155,7 @@ STATES = {
     "a rough contact gets more cells also if most of them are too high": (4700042, 134, 1, "balanced", 0.06),
     "a box on a thin sheet presses beyond cells that all press": (15100021, 125, 0, "balanced", 0.04),
     "a contact that overlooks a part of the body is wrong": (19100033, 133, 0, "fast", 0.1),
+    "spots end where the contact does": (22100003, 69, 0, "fast", 0.01),
     "a torus that rests on one side of its rim is pressed where it tilts to": (19000046, 136, 0, "fast", 0.12),
     "a tilt ends at the next part that touches": (19000024, 133, 0, "fast", 0.12),
     "a bar whose depth the layered sheet limits gets cells that are laid lower": (19000077, 70, 1, "fast", 0.12),

@@ -197,7 +197,7 @@ bool PatchPress::press_nested(const Problem& problem, const Looks& looks) {
 // Press the body, tilted as found, on few cells under all parts that may touch. False if no contact is found.
 bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
   view.finer = kCoarse;
-  view.end_height = 0.0;
+  view.end_height = view.spot_end = 0.0;
   for (int look = 0; look < kGenerousLooks; ++look) {
     const double higher = look > 0 ? (ends_early() ? kGenerous : 1.0) * view.least_height : 0.0;
     const NextPart next = next_part();
@@ -297,7 +297,7 @@ SearchLoad PatchPress::load_of(const double* wrench, const ContactSurface& surfa
 
 PatchPress::Viewpoint PatchPress::first_view(const Problem& problem) const {
   constexpr double first = SpotLattices::kHeightFactor;
-  Viewpoint view = {{{0.0, 0.0}, problem.load.through}, first, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0}, 1.0};
+  Viewpoint view = {{{0.0, 0.0}, problem.load.through}, first, 0.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0}, 1.0};
   if (problem.options.tilting) view.plane = first_plane(problem);
   return view;
 }
@@ -336,7 +336,7 @@ bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
     if (looks.ended) {
       // The contact extends beyond the cells that were laid in this view.
       looks.view.least_height = kTouchMargin * touched_height(problem.options);
-      looks.view.most_height = looks.view.end_height = 0.0;
+      looks.view.most_height = looks.view.end_height = looks.view.spot_end = 0.0;
       return true;
     }
     // The tilt was too large. The mean of this view and the best one is tried.
@@ -363,6 +363,7 @@ void PatchPress::rest_on_springs(const Problem& problem, Looks& looks) {
 void PatchPress::find_spots(const Problem& problem, const Viewpoint& view) {
   SearchLoad load = problem.load;
   load.reach = view.spot_height;
+  load.end = view.spot_end;
   spots_ = search_.find(problem.map, view.plane, load);
 }
 
@@ -694,7 +695,7 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
     if (laid_.contact.exact()) view.most_height = beyond ? 0.0 : touched;
     view.least_height = ends ? touching : 0.0;
-    view.end_height = 0.0;
+    view.end_height = view.spot_end = 0.0;
     // If there is one spot that fills its rectangle, no part of the body is outside it.
     const bool apart = spots_.size() > 1 || spots_.front().is_open();
     view.spot_height = apart ? kTiltedShare * laid_.contact.indentation() : 0.0;
@@ -715,6 +716,8 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
   // Cells above the height to which the body sinks in are not needed.
   if (few && search_.level() > 0.0 && touching < bound.lower * laid_.seen.highest) {
     view.end_height = touching;
+    // Spots up to a level above the contact's end may hold several places where the body touches.
+    if (search_.level() > touching) view.spot_end = touching;
     return true;
   }
   if (ends && touching > laid_.seen.highest) {

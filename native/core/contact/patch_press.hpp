@@ -69,6 +69,7 @@ class PatchPress {
     double end_height;      // height at which the contact ends as seen from this plane; 0 if not known [m]
     double least_height;    // cells are laid at least up to it, because lower ones ended too early; 0: not known [m]
     double spot_height;     // spots are gathered up to this height, from the last look; 0 if there was none [m]
+    double spot_end;        // spots end at this height, because the level was above the contact's end; 0: not known [m]
     double last_tilt[2];    // tilt that the last look found, relative to its plane [-]; 0 if there was none
     double finer;           // number of cells over that asked for [-]
 
@@ -76,7 +77,8 @@ class PatchPress {
     bool sees_as(const Viewpoint& other) const {
       return plane.slopes[0] == other.plane.slopes[0] && plane.slopes[1] == other.plane.slopes[1] &&
              height_factor == other.height_factor && most_height == other.most_height &&
-             end_height == other.end_height && least_height == other.least_height && spot_height == other.spot_height;
+             end_height == other.end_height && least_height == other.least_height &&
+             spot_height == other.spot_height && spot_end == other.spot_end;
     }
   };
   // Measures by which contacts of different looks are compared; all 0 if they are not compared.
