@@ -56,6 +56,13 @@ struct Functions {
   int (*thread_count)(const Data*);                          // of the pool and the caller; 1 without a pool
 };
 
+// The MuJoCo that runs, as Python described it when it registered the plugin.
+struct Running {
+  Layout layout;
+  Functions functions;
+};
+inline Running running = {};
+
 template <typename Field>
 const Field& field(const void* structure, std::int64_t offset) {
   return *reinterpret_cast<const Field*>(static_cast<const char*>(structure) + offset);

@@ -598,12 +598,14 @@ double PatchPress::touched_height(const LawOptions& options) const {
   return laid_.contact.indentation() + std::max(lowest, 0.0);
 }
 
+// The depth that the rise of a tilt is compared with [m].
+double PatchPress::depth_of_tilts() const { return std::max(search_.loaded(), laid_.contact.indentation()); }
+
 // The part of the body that first touches the surface during the tilt that the last look found. A small tilt counts as
 // none.
 PatchPress::NextPart PatchPress::next_part() const {
   const double* slopes = laid_.contact.slopes();
-  const double level = std::max(search_.loaded(), laid_.contact.indentation());
-  if (!(std::hypot(slopes[0], slopes[1]) * search_.extent() > kSmallTilt * level)) return {};
+  if (!(std::hypot(slopes[0], slopes[1]) * search_.extent() > kSmallTilt * depth_of_tilts())) return {};
   double force = 0.0;
   Point centre = {0.0, 0.0};
   for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
@@ -666,7 +668,7 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
   const double* slopes = laid_.contact.slopes();
   std::size_t pressed = 0;
   for (const std::uint8_t one : laid_.contact.pressed()) pressed += one;
-  const double level = std::max(search_.loaded(), laid_.contact.indentation()), lift = lifted(slopes);
+  const double depth = depth_of_tilts(), lift = lifted(slopes);
   const bool beyond = goes_beyond(), ends = ends_early();
   const double touched = touched_height(options), touching = kTouchMargin * touched;
   // Where the contact carries the load, a small tilt or that of a narrow strip needs no other look, unless another part
@@ -675,12 +677,12 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
   const double leans = std::hypot(slopes[0], slopes[1]);
   const bool narrow = carries && lift <= kNarrow * options.narrowest * leans;
   const bool touches = carries && next.share < 1.0;
-  const bool tilted = touches || (lift > kSmallTilt * level && !narrow);
+  const bool tilted = touches || (lift > kSmallTilt * depth && !narrow);
   const LaidLower tilting = laid_.contact.linear() ? kLaidLowerFree : kLaidLowerTilting;
   const LaidLower bound = options.tilting ? tilting : kLaidLower;
   const bool few = static_cast<double>(pressed) < bound.pressed * static_cast<double>(laid_.heights.size());
   if (tilted) {
-    const double rolling = std::min(1.0, kMostTilt * level / lift) * secant_share(slopes, view.last_tilt);
+    const double rolling = std::min(1.0, kMostTilt * depth / lift) * secant_share(slopes, view.last_tilt);
     // The tilt ends at the next part that touches. A part that was searched for before is not apart from the others.
     const bool searched = carries && kTouchMargin * next.height <= view.spot_height;
     const double share = std::min(rolling, searched ? std::max(next.share, kLeastShare) : next.share);

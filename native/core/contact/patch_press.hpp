@@ -148,6 +148,7 @@ class PatchPress {
   bool goes_beyond() const;
   bool ends_early() const;
   double touched_height(const LawOptions& options) const;
+  double depth_of_tilts() const;
   NextPart next_part() const;
   bool reaches_other_part() const;
   void widen_regions(double factor) const;

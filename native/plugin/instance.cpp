@@ -1,0 +1,95 @@
+#include "plugin/instance.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace mjtactile::mujoco {
+namespace {
+
+// Thickness [m] and opacity of a heat map's tiles.
+constexpr double kTileThickness = 2e-5;
+constexpr float kOpacity = 0.75f;
+
+}  // namespace
+
+Instance::Instance(const mjt_instance& resolved, int geom, std::vector<int> addresses,
+                   std::shared_ptr<Context> context)
+    : resolved_(resolved), addresses_(std::move(addresses)), reader_(resolved, geom, std::move(context)) {
+  const int* outputs = resolved_.outputs;
+  needs_stress_ = resolved_.visual != 0 || std::any_of(outputs, outputs + resolved_.output_count,
+                                                       [](int output) { return output != MJT_WRENCH; });
+}
+
+std::unique_ptr<Instance> Instance::another() const {
+  auto made = std::make_unique<Instance>(resolved_, reader_.geom(), addresses_, reader_.context());
+  made->reader_.take_sleeping(reader_);
+  return made;
+}
+
+void Instance::compute(const Model* model, Data* data, const double* state) {
+  reader_.read(model, data, {state[0], state[1]}, needs_stress_);
+  double* sensordata = field<double*>(data, running.layout.data_sensordata);
+  for (const int address : addresses_) {
+    double* to = sensordata + address;
+    for (int i = 0; i < resolved_.output_count; ++i) to = write(resolved_.outputs[i], to);
+  }
+}
+
+void Instance::advance(double* state) const {
+  if (!needs_stress_) return;
+  const Steadiness after = reader_.after();
+  state[0] = after.pose;
+  state[1] = after.steps;
+}
+
+void Instance::visualize(const Model* model, const Data* data, Scene* scene) {
+  if (resolved_.visual == 0) return;
+  readings_.resize(static_cast<std::size_t>(resolved_.taxels));
+  reader_.sensor().readings(readings_.data());
+  const std::vector<Tile>& tiles = reader_.tiles();
+  double most = 0.0;
+  for (const Tile& tile : tiles) most = std::max(most, readings_[tile.reading]);
+  if (!(most > 0.0)) return;
+  const Layout& layout = running.layout;
+  const Frame frame = pad_frame(layout, model, data, reader_.geom());
+  int& count = field<int>(scene, layout.scene_ngeom);
+  char* geoms = field<char*>(scene, layout.scene_geoms);
+  for (const Tile& tile : tiles) {
+    if (count >= field<int>(scene, layout.scene_maxgeom)) return;
+    double position[3], rotation[9];
+    for (int i = 0; i < 3; ++i) {
+      position[i] = frame.origin[i];
+      for (int j = 0; j < 3; ++j) {
+        position[i] += frame.rotation[3 * i + j] * tile.position[j];
+        rotation[3 * i + j] = 0.0;
+        for (int k = 0; k < 3; ++k) rotation[3 * i + j] += frame.rotation[3 * i + k] * tile.rotation[3 * k + j];
+      }
+    }
+    const double size[3] = {tile.half_size[0], tile.half_size[1], kTileThickness / 2};
+    const auto heat = static_cast<float>(readings_[tile.reading] / most);
+    const float rgba[4] = {std::min(1.0f, 2 * heat), std::max(0.0f, 2 * heat - 1.0f), 1.0f - heat, kOpacity};
+    running.functions.init_geom(geoms + count * layout.scene_geom_size, static_cast<int>(layout.geom_box), size,
+                                position, rotation, rgba);
+    ++count;
+  }
+}
+
+double* Instance::write(int output, double* to) {
+  switch (output) {
+    case MJT_STRESS:
+      reader_.sensor().stress(to);
+      return to + kTensor * static_cast<std::size_t>(resolved_.taxels);
+    case MJT_WRENCH:
+      return std::copy(reader_.wrench(), reader_.wrench() + 6, to);
+    case MJT_CARRIED:
+      return std::copy(reader_.sensor().pressed().carried, reader_.sensor().pressed().carried + 6, to);
+    case MJT_RANGE:
+      *to = reader_.sensor().pressed().range;
+      return to + 1;
+    default:
+      reader_.sensor().readings(to);
+      return to + resolved_.taxels;
+  }
+}
+
+}  // namespace mjtactile::mujoco

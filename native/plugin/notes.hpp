@@ -1,0 +1,37 @@
+// Warnings on their way to Python, each given once.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <set>
+#include <utility>
+
+#include "contact/pad_sensor.hpp"
+#include "plugin/plugin.h"
+
+namespace mjtactile::mujoco {
+
+// Python's functions, as it handed them over when it registered the plugin.
+inline mjt_plugin_host python = {};
+
+// Take the next warning from the queue. False if there is none. It may be called from several threads.
+bool next_note(mjt_note& note);
+
+// Python's part of an instance, which copies of a simulation share, and the warnings that were given for it.
+class Context {
+ public:
+  explicit Context(std::int64_t number) : number_(number) {}
+  ~Context();
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+
+  // Queue a warning, unless one of the same kind was given for the same body.
+  void warn(const Pressed::Note& note);
+
+ private:
+  const std::int64_t number_;
+  std::mutex mutex_;
+  std::set<std::pair<Event, int>> warned_;
+};
+
+}  // namespace mjtactile::mujoco

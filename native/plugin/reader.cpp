@@ -1,0 +1,97 @@
+#include "plugin/reader.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+namespace mjtactile::mujoco {
+namespace {
+
+// Readings that take longer than these are counted [s].
+constexpr double kSlow = 1e-3, kVerySlow = 5e-3;
+// The body of a note that is about the pad alone.
+constexpr int kNoBody = -1;
+
+LawOptions options_of(const mjt_instance& resolved) {
+  return law_options(resolved.law, resolved.tangential, resolved.tilting, resolved.friction,
+                     static_cast<std::size_t>(resolved.cells), resolved.strength);
+}
+
+}  // namespace
+
+Reader::Reader(const mjt_instance& resolved, int geom, std::shared_ptr<Context> context)
+    : geom_(geom),
+      size_tolerance_(resolved.size_tolerance),
+      context_(std::move(context)),
+      geometry_(running.layout, side_limits(options_of(resolved), resolved.facing_gap)),
+      pad_(resolved.pad->pad),
+      sensor_(resolved.pad->pad, options_of(resolved), resolved.facing_gap, resolved.tolerance) {}
+
+void Reader::read(const Model* model, const Data* data, const Steadiness& before, bool press) {
+  before_ = before;
+  const bool sleeping = keep_sleeping(data);
+  if (pieces_.empty()) pieces_ = pad_pieces(running.layout, model, geom_);
+  contacts_.gather(running.layout, running.functions, model, data, pieces_, pad_->outer());
+  if (sleeping) add_sleeping();
+  if (!press) return;
+  const auto start = std::chrono::steady_clock::now();
+  for (std::size_t i = 0; i < contacts_.count; ++i) {
+    Touch& touch = contacts_.touches[i];
+    if (touch.body >= 0) touch.geometry = geometry_.body(model, touch.links, geom_);
+  }
+  sensor_.press(contacts_.touches.data(), contacts_.count, before);
+  if (contacts_.count == 0) return;
+  health_[0] += 1.0;
+  for (const Pressed::Note& note : sensor_.pressed().notes) tell(note);
+  if (!has_own_size(model)) tell({Event::resized, kNoBody, 0.0, 0.0});
+  const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (took > kSlow) health_[1 + kEvents] += 1.0;
+  if (took > kVerySlow) health_[2 + kEvents] += 1.0;
+  health_[3 + kEvents] = std::max(health_[3 + kEvents], took);
+}
+
+void Reader::tell(const Pressed::Note& note) {
+  health_[1 + static_cast<std::size_t>(note.event)] += 1.0;
+  if (context_ != nullptr) context_->warn(note);
+}
+
+// Whether the geom of a flat pad is as large as the pad. It was when the simulation was made, but models can change.
+bool Reader::has_own_size(const Model* model) const {
+  if (!pad_->outer().is_flat()) return true;
+  const double* half = field<const double*>(model, running.layout.model_geom_size) + 3 * geom_;
+  const SurfaceGrid& surface = pad_->surface();
+  const double own[3] = {surface.high_x() - surface.low_x(), surface.high_y() - surface.low_y(), pad_->depth()};
+  const double most = size_tolerance_;
+  return std::equal(own, own + 3, half, [most](double a, double b) { return std::abs(a - 2.0 * b) <= most; });
+}
+
+// Keep the contacts of sleeping bodies, of which MuJoCo has none. They have not moved, so their last contacts are used.
+// False if there are none.
+bool Reader::keep_sleeping(const Data* data) {
+  sleeping_.clear();
+  // The last contacts do not belong to a simulation that was reset or set to a state without contact.
+  if (running.layout.data_body_awake < 0 || (before_.pose == 0.0 && before_.steps == 0.0)) return false;
+  const int* awake = field<const int*>(data, running.layout.data_body_awake);
+  for (std::size_t i = 0; i < contacts_.count; ++i) {
+    const int body = contacts_.touches[i].body;
+    if (body >= 0 && awake[body] == kAsleep) sleeping_.push_back(contacts_.touches[i]);
+  }
+  return !sleeping_.empty();
+}
+
+void Reader::add_sleeping() {
+  for (const Touch& touch : sleeping_) {
+    const auto end = contacts_.touches.begin() + static_cast<std::ptrdiff_t>(contacts_.count);
+    if (std::any_of(contacts_.touches.begin(), end, [&](const Touch& one) { return one.body == touch.body; })) {
+      continue;
+    }
+    contacts_.touches.insert(end, touch);
+    ++contacts_.count;
+    for (int k = 0; k < 6; ++k) contacts_.wrench[k] += touch.wrench[k];
+  }
+  std::sort(contacts_.touches.begin(), contacts_.touches.begin() + static_cast<std::ptrdiff_t>(contacts_.count),
+            [](const Touch& a, const Touch& b) { return a.body < b.body; });
+}
+
+}  // namespace mjtactile::mujoco
