@@ -19,36 +19,18 @@ double* state_of(const Model* model, Data* data, int instance) {
          field<const int*>(model, running.layout.model_plugin_stateadr)[instance];
 }
 
-std::vector<Simulation::Member>::iterator Simulation::place(int number) {
-  return std::lower_bound(members_.begin(), members_.end(), number,
-                          [](const Member& member, int other) { return member.number < other; });
-}
-
 Instance* Simulation::find(int number) {
-  const auto at = place(number);
-  return at != members_.end() && at->number == number ? at->instance.get() : nullptr;
-}
-
-void Simulation::keep(int number, std::unique_ptr<Instance> made) {
-  const auto at = place(number);
-  if (at != members_.end() && at->number == number) {
-    at->instance = std::move(made);
-  } else {
-    members_.insert(at, {number, std::move(made), 0.0});
-  }
+  const auto found = members_.find(number);
+  return found == members_.end() ? nullptr : found->second.instance.get();
 }
 
 std::unique_ptr<Instance> Simulation::take(int number) {
-  const auto at = place(number);
-  if (at == members_.end() || at->number != number) return nullptr;
-  std::unique_ptr<Instance> taken = std::move(at->instance);
-  members_.erase(at);
-  return taken;
+  const auto taken = members_.extract(number);
+  return taken.empty() ? nullptr : std::move(taken.mapped().instance);
 }
 
 void Simulation::compute(const Model* model, Data* data, int number) {
-  if (empty()) return;
-  if (number == members_.front().number) all_computed_ = compute_all(model, data);
+  if (number == members_.begin()->first) all_computed_ = compute_all(model, data);
   if (all_computed_) return;
   if (Instance* found = find(number)) found->compute(model, data, state_of(model, data, number));
 }
@@ -60,10 +42,10 @@ bool Simulation::compute_all(const Model* model, Data* data) {
   const Functions& functions = running.functions;
   if (count < 2 || functions.dispatch == nullptr || functions.thread_count(data) < 2) return false;
   queue_.clear();
-  for (Member& member : members_) queue_.push_back(&member);
-  std::sort(queue_.begin(), queue_.end(), [](const Member* a, const Member* b) { return a->took > b->took; });
+  for (auto& member : members_) queue_.push_back(&member);
+  std::sort(queue_.begin(), queue_.end(), [](const auto* a, const auto* b) { return a->second.took > b->second.took; });
   double others = 0.0;
-  for (int task = 1; task < count; ++task) others += queue_[static_cast<std::size_t>(task)]->took;
+  for (int task = 1; task < count; ++task) others += queue_[static_cast<std::size_t>(task)]->second.took;
   if (others > kWorthThreads) {
     functions.dispatch(model, data, compute_one, this, count);
   } else {
@@ -73,9 +55,9 @@ bool Simulation::compute_all(const Model* model, Data* data) {
 }
 
 void Simulation::compute_one(const Model* model, Data* data, void* simulation, int, int task) {
-  Member& member = *static_cast<Simulation*>(simulation)->queue_[static_cast<std::size_t>(task)];
+  auto& [number, member] = *static_cast<Simulation*>(simulation)->queue_[static_cast<std::size_t>(task)];
   const auto start = std::chrono::steady_clock::now();
-  member.instance->compute(model, data, state_of(model, data, member.number));
+  member.instance->compute(model, data, state_of(model, data, number));
   member.took = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 

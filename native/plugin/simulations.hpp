@@ -1,9 +1,11 @@
 // The sensors of every simulation.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <shared_mutex>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "plugin/instance.hpp"
@@ -19,26 +21,27 @@ double* state_of(const Model* model, Data* data, int instance);
 class Simulation {
  public:
   bool empty() const { return members_.empty(); }
+  // Null if there is none.
   Instance* find(int number);
-  void keep(int number, std::unique_ptr<Instance> made);
+  void keep(int number, std::unique_ptr<Instance> made) { members_[number].instance = std::move(made); }
+  // Remove a sensor. Null if there is none.
   std::unique_ptr<Instance> take(int number);
   // Write the outputs of a sensor, unless the first one has had that done.
   void compute(const Model* model, Data* data, int number);
 
  private:
   struct Member {
-    int number;
     std::unique_ptr<Instance> instance;
-    double took;   // time that it took last, if it was computed with the others [s]
+    double took = 0.0;   // time that it took last, if it was computed with the others [s]
   };
+  using Members = std::map<int, Member>;   // by number
 
-  std::vector<Member>::iterator place(int number);
   bool compute_all(const Model* model, Data* data);
   static void compute_one(const Model* model, Data* data, void* simulation, int thread, int task);
 
-  std::vector<Member> members_;    // by number
-  std::vector<Member*> queue_;     // in the order in which they are computed
-  bool all_computed_ = false;      // whether the first one had all of them computed
+  Members members_;
+  std::vector<Members::value_type*> queue_;   // in the order in which they are computed
+  bool all_computed_ = false;                 // whether the first one had all of them computed
 };
 
 // All simulations. The plugin's pointers in mjData are not used: a simulation that is restored from a pickle has those

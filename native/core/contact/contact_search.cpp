@@ -172,7 +172,7 @@ void ContactSearch::set_heights(const Plane& plane) {
   for (double& one : heights_) one = levelled(one - lowest_);
 }
 
-// Raise the level until the parts below it carry kSpare times the load, then connect the parts.
+// Raise the level until the parts below it carry kSpare times the load or the contact ends, then connect the parts.
 void ContactSearch::flood(const SearchLoad& load) {
   rising_.begin(heights_);
   const double cell = (bounds_.east - bounds_.west) * (bounds_.north - bounds_.south) / (kLines * kLines);
@@ -182,8 +182,7 @@ void ContactSearch::flood(const SearchLoad& load) {
   for (; !rising_.empty(); rising_.take_lowest()) {
     const auto [height, sample] = rising_.lowest();
     const bool carried = kRound * load.modulus * around / 2 * height >= kSpare * load.force && area >= load.least_area;
-    const bool beyond = load.end > 0.0 && height > load.end;
-    if ((carried && height > std::max(level_ + same(), load.reach)) || (beyond && area > 0.0)) {
+    if ((carried && height > std::max(level_ + same(), load.reach)) || height > load.end) {
       sees_all_ = false;
       break;
     }
@@ -310,7 +309,7 @@ void ContactSearch::set_level(const SearchLoad& load) {
   highest = levelled(highest);
   level_ = loaded_ = level_for(load, 0.0, highest);
   if (all_below(level_).area < load.least_area) level_ = level_for(load, load.least_area, highest);
-  if (load.end > 0.0) level_ = std::min(level_, load.end), loaded_ = std::min(loaded_, level_);
+  level_ = std::min(level_, load.end), loaded_ = std::min(loaded_, load.end);
 }
 
 // The least level below which the parts carry the load and have an area. If there is none, the highest one.

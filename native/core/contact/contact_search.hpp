@@ -48,7 +48,7 @@ struct SearchLoad {
   double least_area;   // contact area that the force needs at least [m^2]
   double narrowest;    // least width of a cell [m]
   double reach = 0.0;  // height up to which the body was found to touch [m]; 0 if not known
-  double end = 0.0;    // height at which the contact was found to end, where spots end, too [m]; 0 if not known
+  double end = kNowhere;   // height at which the contact was found to end, where spots end, too [m]
 };
 
 class ContactSearch {

@@ -363,7 +363,7 @@ void PatchPress::rest_on_springs(const Problem& problem, Looks& looks) {
 void PatchPress::find_spots(const Problem& problem, const Viewpoint& view) {
   SearchLoad load = problem.load;
   load.reach = view.spot_height;
-  load.end = view.spot_end;
+  if (view.spot_end > 0.0) load.end = view.spot_end;
   spots_ = search_.find(problem.map, view.plane, load);
 }
 
