@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "plugin/model_geometry.hpp"
 
@@ -152,9 +154,53 @@ Touch& Contacts::touch_of(const Layout& layout, const Model* model, int body) {
   return made;
 }
 
+// Set contacts aside between bodies of which neither is awake.
+void Contacts::set_aside(const int* awake, int pad_body) {
+  aside_count_ = 0;
+  beside_aside_.clear();
+  if (awake == nullptr || awake[pad_body] == kAwake) return;
+  const auto rests = [awake](int body) { return body >= 0 && awake[body] != kAwake; };
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!rests(touches[i].body)) continue;
+    if (aside_.size() == aside_count_) aside_.emplace_back();
+    std::swap(aside_[aside_count_++], touches[i]);
+  }
+  std::copy_if(beside_.begin(), beside_.end(), std::back_inserter(beside_aside_),
+               [rests](const Beside& one) { return rests(one.body); });
+}
+
+// Add what was set aside, but nothing of a body that has contacts in this state.
+void Contacts::add_aside() {
+  const std::size_t touching = count, beside = beside_.size();
+  const auto holds = [&](int body) {
+    const auto is_of = [body](const auto& one) { return one.body == body; };
+    return std::none_of(touches.begin(), touches.begin() + static_cast<std::ptrdiff_t>(touching), is_of) &&
+           std::none_of(beside_.begin(), beside_.begin() + static_cast<std::ptrdiff_t>(beside), is_of);
+  };
+  for (std::size_t i = 0; i < aside_count_; ++i) {
+    if (!holds(aside_[i].body)) continue;
+    if (touches.size() == count) touches.emplace_back();
+    std::swap(touches[count], aside_[i]);
+    add(touches[count++].wrench);
+  }
+  for (const Beside& one : beside_aside_) {
+    if (!holds(one.body)) continue;
+    beside_.push_back(one);
+    add(one.wrench);
+  }
+}
+
+void Contacts::add(const double* more) {
+  for (int k = 0; k < 6; ++k) wrench[k] += more[k];
+}
+
 void Contacts::gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data,
-                      const std::vector<int>& pieces, const OuterSurface& surface) {
+                      const std::vector<int>& pieces, const OuterSurface& surface, bool last_hold) {
+  const int* bodies = field<const int*>(model, layout.model_geom_bodyid);
+  const bool sleeps = last_hold && layout.data_body_awake >= 0;
+  set_aside(sleeps ? field<const int*>(data, layout.data_body_awake) : nullptr, bodies[pieces.front()]);
   count = 0;
+  beside_.clear();
   std::fill(wrench, wrench + 6, 0.0);
   const int contacts = field<int>(data, layout.data_ncon);
   const char* contact = field<const char*>(data, layout.data_contact);
@@ -173,13 +219,17 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
     if (std::all_of(seen.wrench, seen.wrench + 6, [](double one) { return one == 0.0; })) {
       continue;  // MuJoCo lists it, but it carries no load
     }
-    for (int k = 0; k < 6; ++k) wrench[k] += seen.wrench[k];
+    add(seen.wrench);
+    const int other = second ? pair[0] : pair[1];
+    const int body = other < 0 ? -1 : bodies[other];
     double out[3];
     normal_at(surface, seen.point, out);
     const double upright = dot(out, seen.out_of_pad), pressing = -dot(out, seen.wrench);
-    if (upright < kLeastUpright) continue;
-    const int other = second ? pair[0] : pair[1];
-    const int body = other < 0 ? -1 : field<const int*>(model, layout.model_geom_bodyid)[other];
+    if (upright < kLeastUpright) {
+      beside_.push_back({body, {}});
+      std::copy(seen.wrench, seen.wrench + 6, beside_.back().wrench);
+      continue;
+    }
     Touch& touch = touch_of(layout, model, body);
     for (int k = 0; k < 6; ++k) touch.wrench[k] += seen.wrench[k];
     // MuJoCo looks for contacts of signed distance functions at a few points, so they do not tell how deep the body is.
@@ -192,11 +242,12 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
     touch.points.push_back({seen.point[0], seen.point[1], pressing, {}});
     std::copy(seen.wrench, seen.wrench + 6, touch.points.back().wrench);
   }
-  std::sort(touches.begin(), touches.begin() + static_cast<std::ptrdiff_t>(count),
-            [](const Touch& a, const Touch& b) { return a.body < b.body; });
   for (std::size_t i = 0; i < count; ++i) {
     if (touches[i].body >= 0) touches[i].pose = body_pose(layout, data, touches[i].body, frame);
   }
+  add_aside();
+  std::sort(touches.begin(), touches.begin() + static_cast<std::ptrdiff_t>(count),
+            [](const Touch& a, const Touch& b) { return a.body < b.body; });
 }
 
 }  // namespace mjtactile::mujoco

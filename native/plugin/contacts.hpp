@@ -22,7 +22,8 @@ Frame pad_frame(const Layout& layout, const Model* model, const Data* data, int 
 std::vector<int> pad_pieces(const Layout& layout, const Model* model, int geom);
 
 // All contacts of a pad's geoms.
-struct Contacts {
+class Contacts {
+ public:
   // Bodies that press on the sensing surface, by ascending number, with the sums of their contact wrenches. Bodies with
   // no joint between them are links of one rigid body. Number -1 stands for all flexes. Only the first `count` entries
   // belong to this state; memory is kept.
@@ -33,12 +34,27 @@ struct Contacts {
   // Gather the contacts of a state. A contact whose normal leans far from that of the outer surface presses on a side
   // of the pad or on its rim from beside. Such contacts, and those that do not press, count in the wrench only.
   // Contacts of other geoms of the pad's body are ignored. Overlap and pressing force are measured along the outer
-  // surface's normal.
+  // surface's normal. `last_hold`: whether the contacts gathered last still hold where neither the pad's body nor the
+  // other is awake. MuJoCo has no contacts between such bodies, and they have not moved.
   void gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data,
-              const std::vector<int>& pieces, const OuterSurface& surface);
+              const std::vector<int>& pieces, const OuterSurface& surface, bool last_hold);
+  bool any() const { return count > 0 || !beside_.empty(); }
 
  private:
+  struct Beside {        // a contact that counts in the wrench only
+    int body;
+    double wrench[6];
+  };
+  void set_aside(const int* awake, int pad_body);
+  void add_aside();
+  void add(const double* more);
   Touch& touch_of(const Layout& layout, const Model* model, int body);
+
+  std::vector<Beside> beside_;
+  // Contacts that were set aside while others are gathered. Touches are swapped, so that no step allocates them anew.
+  std::vector<Touch> aside_;
+  std::size_t aside_count_ = 0;
+  std::vector<Beside> beside_aside_;
 };
 
 }  // namespace mjtactile::mujoco

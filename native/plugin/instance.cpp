@@ -36,7 +36,6 @@ void Instance::compute(const Model* model, Data* data, const double* state) {
 }
 
 void Instance::advance(double* state) const {
-  if (!needs_stress_) return;
   const Steadiness after = reader_.after();
   state[0] = after.pose;
   state[1] = after.steps;

@@ -15,8 +15,8 @@ namespace mjtactile::mujoco {
 enum GeomKind {
   kPlane = 0, kHeightField = 1, kSphere = 2, kCapsule = 3, kEllipsoid = 4, kCylinder = 5, kBox = 6, kMesh = 7, kSdf = 8
 };
-// State of a sleeping body (mjtSleepState).
-constexpr int kAsleep = 0;
+// State of a body that moves (mjtSleepState). Others are asleep or belong to the world.
+constexpr int kAwake = 1;
 
 struct Model;   // mjModel
 struct Data;    // mjData

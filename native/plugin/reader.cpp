@@ -30,10 +30,11 @@ Reader::Reader(const mjt_instance& resolved, int geom, std::shared_ptr<Context> 
 
 void Reader::read(const Model* model, const Data* data, const Steadiness& before, bool press) {
   before_ = before;
-  const bool sleeping = keep_sleeping(data);
+  presses_ = press;
   if (pieces_.empty()) pieces_ = pad_pieces(running.layout, model, geom_);
-  contacts_.gather(running.layout, running.functions, model, data, pieces_, pad_->outer());
-  if (sleeping) add_sleeping();
+  // The last contacts do not belong to a simulation that was reset or set to a state without contact.
+  const bool touched = before.pose != 0.0 || before.steps != 0.0;
+  contacts_.gather(running.layout, running.functions, model, data, pieces_, pad_->outer(), touched);
   if (!press) return;
   const auto start = std::chrono::steady_clock::now();
   for (std::size_t i = 0; i < contacts_.count; ++i) {
@@ -51,6 +52,12 @@ void Reader::read(const Model* model, const Data* data, const Steadiness& before
   health_[3 + kEvents] = std::max(health_[3 + kEvents], took);
 }
 
+Steadiness Reader::after() const {
+  if (!contacts_.any()) return {};
+  const Steadiness after = presses_ ? sensor_.after(before_) : Steadiness{};
+  return after.steps > 0.0 ? after : Steadiness{0.0, 1.0};
+}
+
 void Reader::tell(const Pressed::Note& note) {
   health_[1 + static_cast<std::size_t>(note.event)] += 1.0;
   if (context_ != nullptr) context_->warn(note);
@@ -64,34 +71,6 @@ bool Reader::has_own_size(const Model* model) const {
   const double own[3] = {surface.high_x() - surface.low_x(), surface.high_y() - surface.low_y(), pad_->depth()};
   const double most = size_tolerance_;
   return std::equal(own, own + 3, half, [most](double a, double b) { return std::abs(a - 2.0 * b) <= most; });
-}
-
-// Keep the contacts of sleeping bodies, of which MuJoCo has none. They have not moved, so their last contacts are used.
-// False if there are none.
-bool Reader::keep_sleeping(const Data* data) {
-  sleeping_.clear();
-  // The last contacts do not belong to a simulation that was reset or set to a state without contact.
-  if (running.layout.data_body_awake < 0 || (before_.pose == 0.0 && before_.steps == 0.0)) return false;
-  const int* awake = field<const int*>(data, running.layout.data_body_awake);
-  for (std::size_t i = 0; i < contacts_.count; ++i) {
-    const int body = contacts_.touches[i].body;
-    if (body >= 0 && awake[body] == kAsleep) sleeping_.push_back(contacts_.touches[i]);
-  }
-  return !sleeping_.empty();
-}
-
-void Reader::add_sleeping() {
-  for (const Touch& touch : sleeping_) {
-    const auto end = contacts_.touches.begin() + static_cast<std::ptrdiff_t>(contacts_.count);
-    if (std::any_of(contacts_.touches.begin(), end, [&](const Touch& one) { return one.body == touch.body; })) {
-      continue;
-    }
-    contacts_.touches.insert(end, touch);
-    ++contacts_.count;
-    for (int k = 0; k < 6; ++k) contacts_.wrench[k] += touch.wrench[k];
-  }
-  std::sort(contacts_.touches.begin(), contacts_.touches.begin() + static_cast<std::ptrdiff_t>(contacts_.count),
-            [](const Touch& a, const Touch& b) { return a.body < b.body; });
 }
 
 }  // namespace mjtactile::mujoco

@@ -22,7 +22,8 @@ class Reader {
   // Gather the contacts. With `press`, compute the pad's response as well.
   void read(const Model* model, const Data* data, const Steadiness& before, bool press);
 
-  Steadiness after() const { return sensor_.after(before_); }
+  // The numbers to keep. They are 0 without contacts.
+  Steadiness after() const;
   const double* wrench() const { return contacts_.wrench; }
   const double* health() const { return health_; }
   AnySensor& sensor() { return sensor_; }
@@ -33,8 +34,6 @@ class Reader {
  private:
   void tell(const Pressed::Note& note);
   bool has_own_size(const Model* model) const;
-  bool keep_sleeping(const Data* data);
-  void add_sleeping();
 
   int geom_;
   double size_tolerance_;   // largest difference between the pad's size and its geom's [m]
@@ -44,8 +43,8 @@ class Reader {
   std::shared_ptr<const Pad> pad_;
   AnySensor sensor_;
   Steadiness before_;
+  bool presses_ = false;    // whether the last reading computed the pad's response
   Contacts contacts_;
-  std::vector<Touch> sleeping_;
   static_assert(MJT_HEALTH == 4 + kEvents, "readings, events, slow, very slow, slowest");
   double health_[MJT_HEALTH] = {};
 };
