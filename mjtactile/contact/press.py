@@ -192,10 +192,10 @@ class Press:
         """
         count, nodes = len(footprints), self._surface.node_shape
         for one in footprints:
-            if one.surface is not self._surface and one.surface.outer != self._surface.outer:
+            if not self._surface.matches(one.surface):
                 raise ContactError(
-                    f"the footprint was made on a {one.surface.outer.kind} surface, but the pad's is a "
-                    f"{self._surface.outer.kind}. Make it with influence.surface of the pad that is pressed."
+                    f"the footprint was made on {one.surface.summary}, but the pad's is {self._surface.summary}. "
+                    "Make it with influence.surface of the pad that is pressed."
                 )
         made = [_core_footprint(one, self._options.cells) for one in footprints]
         handles = (ctypes.c_void_p * count)(*(one.handle for one in made))

@@ -62,6 +62,11 @@ def nodal_forces(load: SurfaceLoad, surface: SurfaceGrid) -> Array:
             f"the load has nodal forces of shape {forces.shape}, but this surface takes {expected}: it was "
             "made for another pad or mesh. Make the footprint and the load with these influence matrices."
         )
+    if not surface.matches(load.surface):
+        raise InfluenceError(
+            f"the load was made for another pad or mesh: on {load.surface.summary}, but this is {surface.summary}. "
+            "Make the footprint and the load with these influence matrices."
+        )
     return forces
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.errors import CorruptInfluenceError, InfluenceError
+from mjtactile.errors import CorruptInfluenceError, InfluenceError, of_type
 from mjtactile.fem.mesh import warn_if_coarser
 from mjtactile.fem.stress import DEVIATORIC_COUNT, stress_tensor, von_mises
 from mjtactile.fem.symmetry import unfold_field, unfold_points
@@ -119,6 +119,7 @@ class InfluenceMatrices(PadTables):
             InfluenceError: the response was made with other influence matrices.
         """
         expected = (self.sample_slices[-1].stop, DEVIATORIC_COUNT)
+        of_type(np.ndarray, "response", response, InfluenceError, "point_response(load) makes one")
         if response.shape[-2:] != expected:
             raise InfluenceError(
                 f"the response has shape {response.shape}, but these influence matrices make (..., {expected[0]}, "

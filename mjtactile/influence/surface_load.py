@@ -6,20 +6,17 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from mjtactile._types import Array
-from mjtactile.errors import ContactError
+from mjtactile.errors import ContactError, of_type
 from mjtactile.fem.curved.tractions import Traction, integrated_traction
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.planar import area_on_sheet, areal
-
-if TYPE_CHECKING:
-    from mjtactile.influence.layout import PadTables
+from mjtactile.influence.layout import PadTables
 
 Area = Polygon | MultiPolygon
 
@@ -97,9 +94,11 @@ class SurfaceLoad:
         Raises:
             ContactError: the loads are on different surface grids.
         """
-        if self.forces.shape != other.forces.shape:
+        if not isinstance(other, SurfaceLoad):
+            return NotImplemented
+        if not self.surface.matches(other.surface):
             raise ContactError(
-                f"loads on different surface grids do not add: {self.forces.shape} and {other.forces.shape} nodes. "
+                f"loads on different surface grids do not add: {self.surface.summary}, and {other.surface.summary}. "
                 "Make both with the same influence matrices."
             )
         return SurfaceLoad(
@@ -132,9 +131,10 @@ class SurfaceLoad:
 
         Raises:
             FootprintError: the outline is not a valid area, or does not overlap the pad.
-            ContactError: the traction has another shape, or is not finite.
+            ContactError: the traction has another shape, or is not finite; or `influence` are no influence matrices.
         """
-        surface = influence.surface
+        cure = "influence_matrices(pad) makes them"
+        surface = of_type(PadTables, "influence", influence, ContactError, cure).surface
         area = area_on_sheet(outline, surface.bounds)
         found = integrated_traction(surface, area, traction)
         state = ContactState(contact_area=found.area, peak_pressure=found.peak)

@@ -16,15 +16,17 @@ from shapely import LineString, MultiPolygon, Point, Polygon, affinity, box
 
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
-from mjtactile.errors import ContactError, ContactWarning, FootprintError, MjTactileError
+from mjtactile.errors import ContactError, ContactWarning, FootprintError, InfluenceError, MjTactileError
 from mjtactile.fem.line import Line
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.fidelity import Fidelity
 from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.geometry.planar import polygons_of, triangulate
 from mjtactile.influence.cache import influence_matrices
+from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Layer, Pad, TaxelGrid
+from mjtactile.pad_shape.surfaces import SphereCap
 
 INFLUENCE = influence_matrices(fidelity=Fidelity(mesh="draft"), progress=False)
 SIDE = 6e-3
@@ -365,12 +367,51 @@ def test_what_is_left_over_adds_too():
     np.testing.assert_array_equal(both.residual_force, [0, 0, 0.4])
 
 
-def test_loads_on_different_grids_do_not_add(default_influence):
-    load = contact_load(
-        default_influence, Footprint.from_outline(SQUARE.outline, default_influence.surface), (0, 0, -0.1)
-    )
-    with pytest.raises(ContactError, match="same influence matrices"):
-        load.__add__(contact_load(INFLUENCE, SQUARE, (0, 0, -0.1)))
+THICK = (Layer(thickness=6e-3, young=1e6, poisson=0.48),)
+#: Another mesh; and pads of other sizes and shapes, whose grids have as many nodes.
+OTHERS = {
+    "mesh": InfluenceMatrices(Pad(), Fidelity(mesh="default"), {}),
+    "width": InfluenceMatrices(
+        Pad(size=(14.5e-3, 15e-3), taxels=TaxelGrid(pitch=(1.1e-3, 1.25e-3))), Fidelity(mesh="draft"), {}
+    ),
+    "length": InfluenceMatrices(
+        Pad(size=(15e-3, 14.5e-3), taxels=TaxelGrid(pitch=(1.25e-3, 1.1e-3))), Fidelity(mesh="draft"), {}
+    ),
+    "thickness": InfluenceMatrices(Pad(layers=THICK), Fidelity(mesh="draft"), {}),
+    "curvature": InfluenceMatrices(Pad(surface=SphereCap(20e-3)), Fidelity(mesh="draft"), {}),
+}
+
+
+@pytest.mark.parametrize("other", OTHERS.values(), ids=OTHERS)
+def test_footprints_and_loads_of_another_surface_are_refused(other):
+    assert (other.surface.node_shape == INFLUENCE.surface.node_shape) == (other is not OTHERS["mesh"])
+    load = contact_load(INFLUENCE, SQUARE, (0, 0, -0.1))
+    footprint = Footprint.from_outline(SQUARE.outline, other.surface)
+    with pytest.raises(
+        ContactError,
+        match=r"the footprint was made on a .* mm .*but the pad's is a surface of 15 x 15 x 5 mm \(flat, 21",
+    ):
+        contact_load(INFLUENCE, footprint, (0, 0, -0.1))
+    of_other = SurfaceLoad(np.zeros((*other.surface.node_shape, 3)), other.surface, SQUARE.outline)
+    with pytest.raises(InfluenceError, match=r"the load .* made for another pad or mesh"):
+        INFLUENCE.readings(of_other)
+    for one, two in ((load, of_other), (of_other, load)):
+        with pytest.raises(ContactError, match="same influence matrices"):
+            one.__add__(two)
+
+
+def test_a_surface_made_again_is_the_same():
+    again = InfluenceMatrices(Pad(), INFLUENCE.fidelity, {}).surface
+    assert again is not INFLUENCE.surface
+    footprint = Footprint.from_outline(SQUARE.outline, again)
+    found = contact_load(INFLUENCE, footprint, (0, 0, -0.1))
+    np.testing.assert_array_equal(found.forces, contact_load(INFLUENCE, SQUARE, (0, 0, -0.1)).forces)
+
+
+@pytest.mark.parametrize("other", [5, None, "load"])
+def test_only_loads_add_to_loads(other):
+    with pytest.raises(TypeError, match="unsupported operand"):
+        contact_load(INFLUENCE, SQUARE, (0, 0, -0.1)) + other
 
 
 def test_no_load_has_no_resultant():
