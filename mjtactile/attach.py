@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from mjtactile._types import Array
 from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
-from mjtactile.errors import ContactError, PresetError, SceneError
+from mjtactile.errors import ContactError, PresetError, SceneError, of_type
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, named_pad, pad_text
@@ -75,14 +75,15 @@ def attach_pad(
 
     Raises:
         SceneError: no such body, pad, fidelity, output, law, tangential, tilt or contact, or a law that does not
-            offer `tangential`; the name is taken; a number is not finite; `visual` without a sensor; or `spec` is no
-            specification. The specification is then unchanged.
+            offer `tangential`; the name is taken; a number is not finite; `visual` is no bool, or is True without a
+            sensor; or `spec` is no specification. The specification is then unchanged.
         NativeError: when the plugin cannot be registered with this MuJoCo.
     """
     ensure_registered()
     check_spec(spec)
     parent = _body(spec, body)
     place = _place(pos, quat)
+    of_type(bool, "visual", visual, SceneError)
     table, made = pad_table(pad)
     check_free(spec, name, made)
     if output is None:
@@ -107,10 +108,10 @@ def check_spec(spec: Any) -> None:
     """
     if isinstance(spec, mujoco.MjSpec):
         return
-    cure = "mujoco.MjSpec.from_file(...) or mujoco.MjSpec.from_string(...) makes one of MJCF"
+    cure = "Make one with mujoco.MjSpec.from_file(...) or mujoco.MjSpec.from_string(...)"
     if isinstance(spec, mujoco.MjModel):
-        cure = "a compiled model takes no more geoms: attach the pad to its MjSpec, and compile that"
-    raise SceneError(f"spec is of type {type(spec).__name__}; expected a mujoco.MjSpec. {cure[0].upper()}{cure[1:]}.")
+        cure = "A compiled model takes no more geoms: attach the pad to its MjSpec, and compile that"
+    raise SceneError(f"spec is of type {type(spec).__name__}; expected a mujoco.MjSpec. {cure}.")
 
 
 def _body(spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:

@@ -7,7 +7,7 @@ from collections.abc import Collection
 import mujoco
 
 from mjtactile.attach import attach_pad, check_free, check_spec
-from mjtactile.errors import SceneError
+from mjtactile.errors import SceneError, of_type
 from mjtactile.fidelity import DEFAULT, Fidelity
 from mjtactile.hands.catalogue import Hand, HandPad, hand
 from mjtactile.hands.model_files import check_geom
@@ -44,7 +44,7 @@ def attach_hand(
             has one of these pads already. No pad is attached then.
     """
     check_spec(spec)
-    chosen = hand(name) if isinstance(name, str) else name
+    chosen = hand(name) if isinstance(name, str) else of_type(Hand, "name", name, SceneError, "or its name, see HANDS")
     pads = _wanted(chosen, only)
     bodies = {body.name for body in spec.bodies}
     if lacking := sorted({one.body for one in pads if prefix + one.body not in bodies}):

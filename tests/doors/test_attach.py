@@ -1,6 +1,5 @@
 """Pads attached to models of other people."""
 
-import re
 import subprocess
 import sys
 
@@ -201,16 +200,19 @@ def test_wrong_arguments_say_the_right_ones(options, says):
 @pytest.mark.parametrize(
     ("spec", "says"),
     [
-        (HAND, "type str; expected a mujoco.MjSpec. .*from_string"),
+        (HAND, r"type str; expected a mujoco.MjSpec. Make one with mujoco\.MjSpec\.from_file"),
         (None, "type NoneType; expected a mujoco.MjSpec"),
-        (mujoco.MjModel.from_xml_string(HAND), "a compiled model takes no more geoms: attach the pad to its MjSpec"),
+        (
+            mujoco.MjModel.from_xml_string(HAND),
+            "MjSpec. A compiled model takes no more geoms: attach the pad to its MjSpec",
+        ),
     ],
     ids=["text", "nothing", "compiled"],
 )
 def test_what_is_no_specification_is_refused_with_what_makes_one(spec, says):
-    with pytest.raises(mjtactile.SceneError, match=re.compile(says, re.IGNORECASE)):
+    with pytest.raises(mjtactile.SceneError, match=says):
         mjtactile.attach_pad(spec, body="finger", name="ff")
-    with pytest.raises(mjtactile.SceneError, match=re.compile(says, re.IGNORECASE)):
+    with pytest.raises(mjtactile.SceneError, match=says):
         mjtactile.hands.attach_hand(spec, "shadow")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any, cast
 
 import mujoco
 import numpy as np
@@ -180,6 +181,9 @@ def test_what_is_not_there_is_named(geoms_alone):
         attach_hand(spec, "panda", prefix="x_")
     with pytest.raises(SceneError, match=r"hand 'panda' has no pad 'thumb'. Available: finger1, finger2"):
         attach_hand(spec, "panda", only=["thumb"])
+    for wrong in (None, 3):
+        with pytest.raises(SceneError, match=r"name is of type \w+; expected a mjtactile.Hand: or its name, see HANDS"):
+            attach_hand(spec, cast(Any, wrong))
 
 
 def test_the_page_lists_the_catalogue_as_it_is():
