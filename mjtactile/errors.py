@@ -1,8 +1,10 @@
-"""Every error and warning the package raises, in one place so that callers can catch them by name."""
+"""Every error and warning the package raises, so that callers can catch them by name; values in their messages."""
 
 from typing import ClassVar, TypeVar
 
 _Kind = TypeVar("_Kind")
+#: Most characters of a value in an error message.
+_LONGEST = 120
 
 
 class MjTactileError(Exception):
@@ -30,6 +32,15 @@ def of_type(kind: type[_Kind], name: str, value: object, error: type[MjTactileEr
     room = "" if kind.__module__ == "builtins" else kind.__module__.split(".")[0] + "."
     expected = f"{room}{kind.__name__}" + (f": {cure}" if cure else "")
     raise error(f"{name} is of type {type(value).__name__}; expected a {expected}.")
+
+
+def shortened(value: object) -> str:
+    """A value as text for an error message, cut if it is long."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python refuses to convert integers with thousands of digits to text
+        return "a very large number"
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
 class PadError(MjTactileError, ValueError):
@@ -132,3 +143,35 @@ class ViewError(MjTactileError, ValueError):
     """A live view that cannot be opened, recorded or replayed."""
 
     page = "view.md"
+
+
+class DamagedPartError(DatasetError):
+    """A damaged part; `make_dataset` makes it again."""
+
+
+class TransducerError(MjTactileError, ValueError):
+    """A transducer with invalid values, or readings that do not suit it."""
+
+
+class RecognitionError(MjTactileError, ValueError):
+    """Readings or weights that a recogniser cannot use."""
+
+    page = "recognition.md"
+
+
+class ControlError(MjTactileError, ValueError):
+    """A controller with an invalid gain or stiffness, or a commanded force that does not press."""
+
+
+class TrialsError(MjTactileError, ValueError):
+    """Invalid settings of trials, or a file with results of other trials."""
+
+
+class EnvError(MjTactileError, ValueError):
+    """An environment was given an invalid option, or misused."""
+
+    page = "environments.md"
+
+
+class DatasetWarning(UserWarning):
+    """A part of a dataset was damaged and is made again."""

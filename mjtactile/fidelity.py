@@ -13,8 +13,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
-from mjtactile.errors import MeshError, PresetError
+from mjtactile.errors import MeshError, PresetError, shortened
 from mjtactile.pad import Pad
+from mjtactile.units import finite_number, is_whole
 
 #: Storage precisions of the stress matrices, coarse to fine.
 PRECISIONS = ("int8", "float16", "float32", "float64")
@@ -55,18 +56,25 @@ class MeshDensity:
 
     def __post_init__(self) -> None:
         """Refuse densities that make no mesh."""
-        sizes = (self.in_plane_size, self.through_size, self.rim_grading, self.base_grading)
-        lengths = () if self.reference_length is None else (self.reference_length,)
-        if not all(isinstance(s, int | float) and _LEAST <= s <= 1 / _LEAST for s in (*sizes, *lengths)):
+        for name in ("in_plane_size", "through_size", "rim_grading", "base_grading", "reference_length"):
+            value = getattr(self, name)
+            if value is None and name == "reference_length":
+                continue
+            number = finite_number(value)
+            if not _LEAST <= number <= 1 / _LEAST:
+                raise MeshError(
+                    f"{name} = {shortened(value)}; expected a positive number, {_LEAST:g} to {1 / _LEAST:g}."
+                )
+            object.__setattr__(self, name, number)
+        points, most = self.points_per_axis, self.most_elements
+        if not (isinstance(points, tuple) and points and all(is_whole(n) and 1 <= n <= 8 for n in points)):
             raise MeshError(
-                f"mesh sizes, gradings and lengths must be positive numbers, {_LEAST:g} to {1 / _LEAST:g}, not "
-                f"{(*sizes, *lengths)}."
+                f"points_per_axis = {shortened(points)}; expected whole numbers from 1 to 8, for example (2,)."
             )
-        points = self.points_per_axis
-        if not (isinstance(points, tuple) and points and all(isinstance(n, int) and 1 <= n <= 8 for n in points)):
-            raise MeshError(f"points_per_axis = {points}; expected whole numbers from 1 to 8, for example (2,).")
-        if not (isinstance(self.most_elements, int) and self.most_elements >= 16):
-            raise MeshError(f"most_elements = {self.most_elements}; expected a whole number of at least 16.")
+        if not (is_whole(most) and most >= 16):
+            raise MeshError(f"most_elements = {shortened(most)}; expected a whole number of at least 16.")
+        object.__setattr__(self, "points_per_axis", tuple(map(int, points)))
+        object.__setattr__(self, "most_elements", int(most))
 
     def length_for(self, pad: Pad) -> float:
         """The reference length on a pad [m]."""
@@ -114,8 +122,9 @@ def mesh_density(mesh: str | MeshDensity) -> MeshDensity:
     """
     if isinstance(mesh, MeshDensity):
         return mesh
-    if mesh not in MESHES:
-        raise MeshError(f"mesh {mesh!r} does not exist. Available: {', '.join(MESHES)}; or pass a MeshDensity.")
+    if not (isinstance(mesh, str) and mesh in MESHES):
+        known = ", ".join(MESHES)
+        raise MeshError(f"mesh {shortened(mesh)} does not exist. Available: {known}; or pass a MeshDensity.")
     return MESHES[mesh]
 
 
@@ -151,14 +160,18 @@ class Fidelity:
         object.__setattr__(self, "averaging", _by_layer("averaging", self.averaging, AVERAGINGS))
         if self.loads not in LOADS:
             raise PresetError(f"loads {self.loads!r} does not exist. Available: {', '.join(LOADS)}.")
-        if not (isinstance(self.reduction, float | int) and 0.0 <= self.reduction < 1.0):
+        reduction = finite_number(self.reduction)
+        if not 0.0 <= reduction < 1.0:
             raise PresetError(
-                f"reduction = {self.reduction!r}; expected a relative error from 0 (none) to below 1, such as 0.003."
+                f"reduction = {shortened(self.reduction)}; expected a relative error from 0 (none) to below 1, such as "
+                "0.003."
             )
         if self.law not in CONTACT_LAWS:
             raise PresetError(f"contact law {self.law!r} does not exist. Available: {', '.join(CONTACT_LAWS)}.")
-        if not (isinstance(self.cells, int) and self.cells >= 1):
-            raise PresetError(f"cells = {self.cells!r}; expected a whole number of contact cells, such as 400.")
+        if not (is_whole(self.cells) and self.cells >= 1):
+            raise PresetError(f"cells = {shortened(self.cells)}; expected a whole number of cells, such as 400.")
+        object.__setattr__(self, "reduction", reduction)
+        object.__setattr__(self, "cells", int(self.cells))
 
     @property
     def density(self) -> MeshDensity:
@@ -189,7 +202,7 @@ def by_layer_text(choice: str | tuple[str, ...]) -> str:
 
 def _entries(choice: str | Sequence[str]) -> tuple[str, ...]:
     """The entries of a choice by sensing layer, from the top layer down."""
-    return (choice,) if isinstance(choice, str) else tuple(choice)
+    return tuple(choice) if isinstance(choice, list | tuple) else (choice,)  # type: ignore[return-value]
 
 
 def _at_layer(choice: str | tuple[str, ...], sensing_layer: int) -> str:
@@ -243,10 +256,10 @@ def as_fidelity(fidelity: str | Fidelity) -> Fidelity:
     """
     if isinstance(fidelity, Fidelity):
         return fidelity
-    if fidelity not in PRESETS:
+    if not (isinstance(fidelity, str) and fidelity in PRESETS):
         raise PresetError(
-            f"fidelity {fidelity!r} does not exist. Available: {', '.join(PRESETS)}; or pass a Fidelity, such as "
-            "Fidelity(mesh='draft')."
+            f"fidelity {shortened(fidelity)} does not exist. Available: {', '.join(PRESETS)}; or pass a Fidelity, such "
+            "as Fidelity(mesh='draft')."
         )
     return PRESETS[fidelity]
 

@@ -21,9 +21,10 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array, Indices
-from mjtactile.errors import PadError, of_type
+from mjtactile.errors import PadError, of_type, shortened
 from mjtactile.pad_shape.surfaces import FLAT, Surface, surface_from
 from mjtactile.pad_shape.taxels import FreeTaxels, as_taxels, depth_bands
+from mjtactile.units import finite_number, is_whole
 
 if TYPE_CHECKING:
     import trimesh
@@ -59,24 +60,13 @@ def _number(name: str, value: Any, unit: str) -> float:
     except OverflowError:
         return math.inf if value > 0 else -math.inf
     except (TypeError, ValueError):
-        raise PadError(f"{name} = {_shortened(value)}; expected a number{unit}.") from None
-
-
-def _shortened(value: Any) -> str:
-    """A value as text for an error message, shortened if it is long."""
-    try:
-        said = repr(value)
-    except ValueError:  # Python refuses to convert integers with thousands of digits to text
-        return "a very large number"
-    return said if len(said) <= _LONGEST_VALUE else f"{said[:_LONGEST_VALUE]}..."
+        raise PadError(f"{name} = {shortened(value)}; expected a number{unit}.") from None
 
 
 def _is_length(value: float) -> bool:
     return LENGTHS[0] <= value <= LENGTHS[1]
 
 
-#: Most characters of a value in a message.
-_LONGEST_VALUE = 120
 _LENGTH_RANGE = f"from {LENGTHS[0]:g} to {LENGTHS[1]:g} m"
 
 
@@ -142,12 +132,12 @@ class TaxelGrid:
         for name in ("rows", "columns"):
             count = getattr(self, name)
             _require(
-                isinstance(count, int | np.integer) and not isinstance(count, bool) and count >= 1,
-                f"TaxelGrid {name} = {_shortened(count)}; expected a whole number of at least 1.",
+                is_whole(count) and count >= 1,
+                f"TaxelGrid {name} = {shortened(count)}; expected a whole number of at least 1.",
             )
             _require(
                 count <= MOST_READINGS,
-                f"TaxelGrid {name} = {_shortened(count)}; expected at most {MOST_READINGS}, as many as a pad may read.",
+                f"TaxelGrid {name} = {shortened(count)}; expected at most {MOST_READINGS}, as many as a pad may read.",
             )
             object.__setattr__(self, name, int(count))
         _require(
@@ -215,7 +205,7 @@ class Pad:
         object.__setattr__(self, "sampling_radius", _number("sampling_radius", self.sampling_radius, " in metres"))
         _require(
             isinstance(self.taxels, TaxelGrid | FreeTaxels),
-            f"taxels = {_shortened(self.taxels)}; expected a TaxelGrid, for example TaxelGrid(rows=13, columns=13); or "
+            f"taxels = {shortened(self.taxels)}; expected a TaxelGrid, for example TaxelGrid(rows=13, columns=13); or "
             "points (n, 3) in metres, or the name of a file of them.",
         )
         _require(
@@ -224,7 +214,7 @@ class Pad:
         )
         _require(
             isinstance(self.surface, Surface),
-            f"surface = {_shortened(self.surface)}; expected a surface, for example SphereCap(12e-3).",
+            f"surface = {shortened(self.surface)}; expected a surface, for example SphereCap(12e-3).",
         )
         _check_size(self.size)
         _require(
@@ -536,7 +526,7 @@ def _pair(name: str, value: Any) -> tuple[float, float]:
     try:
         first, second = value
     except (TypeError, ValueError):
-        raise PadError(f"{name} = {_shortened(value)}; expected two numbers (x, y) in metres.") from None
+        raise PadError(f"{name} = {shortened(value)}; expected two numbers (x, y) in metres.") from None
     return _number(name, first, " in metres"), _number(name, second, " in metres")
 
 
@@ -553,12 +543,12 @@ def _tuple_of_layers(layers: Any) -> tuple[Layer, ...]:
 def _tuple_of_depths(depths: Any) -> tuple[float, ...]:
     listed = (depths,) if isinstance(depths, int | float | np.number) else _first_of(depths, MOST_DEPTHS)
     if listed is None or isinstance(depths, str | bytes):
-        raise PadError(f"depths = {_shortened(depths)}; expected numbers in metres, top layer first.")
+        raise PadError(f"depths = {shortened(depths)}; expected numbers in metres, top layer first.")
     _require(len(listed) <= MOST_DEPTHS, f"more than {MOST_DEPTHS} sensing depths; expected fewer. Leave some out.")
     try:
         numbers = tuple(_number("depth", depth, " in metres") for depth in listed)
     except PadError:
-        raise PadError(f"depths = {_shortened(depths)}; expected numbers in metres, top layer first.") from None
+        raise PadError(f"depths = {shortened(depths)}; expected numbers in metres, top layer first.") from None
     _require(len(numbers) > 0, "depths is empty; give at least one sensing depth in metres, for example (1e-3,).")
     _require(all(map(math.isfinite, numbers)), f"depths = {numbers}; expected finite numbers in metres.")
     return numbers
@@ -581,9 +571,12 @@ def force_vector(magnitude: float, tilt_deg: float = 0.0, azimuth_deg: float = 0
         azimuth_deg: direction a of the tangential part, counter-clockwise from +x towards +y [deg].
 
     Raises:
-        PadError: the magnitude is not a number.
+        PadError: a value is not a finite number.
     """
-    magnitude = _number("magnitude", magnitude, " of newtons")
-    tilt, azimuth = math.radians(tilt_deg), math.radians(azimuth_deg)
+    named = {"magnitude": magnitude, "tilt_deg": tilt_deg, "azimuth_deg": azimuth_deg}
+    force, tilt, azimuth = (finite_number(value) for value in named.values())
+    for name, value in named.items():
+        _require(math.isfinite(finite_number(value)), f"{name} = {shortened(value)}; expected a finite number.")
+    tilt, azimuth = math.radians(tilt), math.radians(azimuth)
     tangential = math.sin(tilt)
-    return magnitude * np.array([tangential * math.cos(azimuth), tangential * math.sin(azimuth), -math.cos(tilt)])
+    return force * np.array([tangential * math.cos(azimuth), tangential * math.sin(azimuth), -math.cos(tilt)])

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mjtactile._files import read_text, why_unread
-from mjtactile.errors import PadError, SceneError
+from mjtactile.errors import PadError, SceneError, shortened
 from mjtactile.pad import Layer, Pad, TaxelGrid, require_pad
 from mjtactile.pad_shape.surfaces import FLAT, surface_from
 from mjtactile.pad_shape.taxels import FreeTaxels
@@ -61,7 +61,7 @@ def pad_from_text(text: str) -> Pad:
         raise
     except (ValueError, RecursionError) as error:
         raise PadError(
-            f"the pad's text is not JSON ({error}): {_short(text)}. Write it with mjtactile.pad_text."
+            f"the pad's text is not JSON ({error}): {shortened(text)}. Write it with mjtactile.pad_text."
         ) from error
     return _pad_of(values)
 
@@ -132,7 +132,7 @@ def _arguments(values: Any) -> dict[str, Any]:
     values = _checked("the pad", values, _PAD | {"surface"} if curved else _PAD)
     layers = values["layers"]
     if not isinstance(layers, list):
-        raise PadError(f'"layers" = {_short(layers)}; expected a list of layers, top first.')
+        raise PadError(f'"layers" = {shortened(layers)}; expected a list of layers, top first.')
     return {
         "size": _numbers("size", values["size"]),
         "layers": tuple(_layer(layer) for layer in layers),
@@ -166,32 +166,27 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def _checked(what: str, values: Any, names: frozenset[str]) -> dict[str, Any]:
     """The values, after checking that they are a table with exactly these names."""
     if not isinstance(values, dict):
-        raise PadError(f"{what} = {_short(values)}; expected an object with {', '.join(sorted(names))}.")
+        raise PadError(f"{what} = {shortened(values)}; expected an object with {', '.join(sorted(names))}.")
     if lacking := sorted(names - values.keys()):
         raise PadError(f'{what} lacks "{lacking[0]}"; expected all of {", ".join(sorted(names))}.')
     if unknown := sorted(values.keys() - names):
-        raise PadError(f'{what} has no value "{_short(unknown[0])}". Available: {", ".join(sorted(names))}.')
+        raise PadError(f"{what} has no value {shortened(unknown[0])}. Available: {', '.join(sorted(names))}.")
     return values
 
 
 def _numbers(name: str, values: Any) -> Any:
     """A tuple of numbers; Pad and TaxelGrid check how many there are."""
     if not isinstance(values, list):
-        raise PadError(f'"{name}" = {_short(values)}; expected a list of numbers in metres.')
+        raise PadError(f'"{name}" = {shortened(values)}; expected a list of numbers in metres.')
     return tuple(_number(name, value) for value in values)
 
 
 def _number(name: str, value: Any) -> Any:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise PadError(f'"{name}" = {_short(value)}; expected a number in SI units.')
+        raise PadError(f'"{name}" = {shortened(value)}; expected a number in SI units.')
     if isinstance(value, int) and abs(value) > _LARGEST:
         raise PadError(f'"{name}" has {len(str(value))} digits; expected a number in SI units.')
     return value
-
-
-def _short(value: Any) -> str:
-    text = str(value) if isinstance(value, str) else json.dumps(value, default=str)  # TOML values may be dates
-    return text if len(text) <= 60 else f"{text[:60]}..."
 
 
 def register_pad(name: str, pad: Pad) -> None:
@@ -204,10 +199,10 @@ def register_pad(name: str, pad: Pad) -> None:
         PadError: `pad` is no pad.
         SceneError: another pad has the name, or the name could be that of a file or the text of a pad.
     """
-    if not name or Path(name).suffix or "/" in name or is_pad_text(name):
+    if not isinstance(name, str) or not name or Path(name).suffix or "/" in name or is_pad_text(name):
         raise SceneError(
-            f"{name!r} cannot be the name of a pad: expected a text that is not empty and does not look like the name "
-            "of a file or the text of a pad, such as 'thumb'."
+            f"{shortened(name)} cannot be the name of a pad: expected a text that is not empty and does not look like "
+            "the name of a file or the text of a pad, such as 'thumb'."
         )
     require_pad(pad)
     if _pads.get(name, pad) != pad:

@@ -1,9 +1,13 @@
-"""Quantities typed at a command line, converted to SI units, and limits of such numbers."""
+"""Numbers as users give them: checked, typed at a command line with their units, and their limits."""
 
 from __future__ import annotations
 
 import math
 import re
+from numbers import Integral
+from typing import TypeGuard
+
+import numpy as np
 
 from mjtactile.errors import UnitError
 
@@ -24,6 +28,22 @@ LEAST_FORCE = 1e-9
 _FORCE_UNITS = {"gf": GRAM_FORCE, "n": 1.0, "mn": 1e-3}
 
 
+def finite_number(value: object) -> float:
+    """A finite number of Python or NumPy as a float; NaN for everything else, such as text, a bool or infinity."""
+    if isinstance(value, str | bytes | bool | np.bool_):
+        return math.nan
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
+    return number if math.isfinite(number) else math.nan
+
+
+def is_whole(value: object) -> TypeGuard[int]:
+    """Whether a value is a whole number of Python or NumPy; a bool is none."""
+    return isinstance(value, Integral) and not isinstance(value, bool)
+
+
 def parse_force(text: str) -> float:
     """A pressing force [N] from text such as "100gf", "0.98N" or "980 mN".
 
@@ -31,7 +51,9 @@ def parse_force(text: str) -> float:
         UnitError: the unit is missing or unknown, or the force is not at least `LEAST_FORCE`.
     """
     match = re.fullmatch(r"\s*([-+]?[0-9.]+(?:e[-+]?[0-9]+)?)\s*([a-z]*)\s*", text, flags=re.IGNORECASE)
-    unit = match.group(2).lower() if match else ""
+    unit = match.group(2) if match else ""
+    # Any case will do, but a capital M is mega, not milli.
+    unit = unit if unit.startswith("M") else unit.lower()
     value = _number(match.group(1)) if match else None
     if value is None or unit not in _FORCE_UNITS:
         raise UnitError(f"force {text!r} is not a number with a unit; expected for example 100gf, 0.98N or 980mN.")

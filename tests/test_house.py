@@ -83,6 +83,17 @@ def test_no_two_classes_have_one_name():
     assert {name: where for name, where in places.items() if len(where) > 1} == {}
 
 
+def test_errors_and_warnings_stand_in_one_place():
+    elsewhere = [
+        f"{name}.{node.name}"
+        for name, path in FILES.items()
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.ClassDef) and node.name.endswith(("Error", "Warning"))
+        if name != "mjtactile.errors"
+    ]
+    assert elsewhere == []
+
+
 def functions(node: ast.AST, name: str) -> Iterator[tuple[str, ast.FunctionDef | ast.AsyncFunctionDef]]:
     """Functions in a module, those in classes and functions included, by their full names; a function in a function by
     the module's."""

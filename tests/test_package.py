@@ -32,6 +32,12 @@ def test_modules_that_mujoco_loads_can_be_imported_before_it(module):
     subprocess.run([sys.executable, "-c", f"import mjtactile.{module}, mujoco"], check=True)
 
 
+def test_environments_are_kept_and_listed():
+    make_vec = mjtactile.envs.make_vec
+    assert vars(mjtactile.envs)["make_vec"] is make_vec
+    assert dir(mjtactile.envs) == sorted(mjtactile.envs.__all__)
+
+
 def test_unknown_names_fail_as_python_expects():
     with pytest.raises(AttributeError, match="no_such_name"):
         mjtactile.no_such_name  # noqa: B018

@@ -23,6 +23,7 @@ from lesson import write_module
 
 from mjtactile.dataset.files import make_dataset
 from mjtactile.dataset.spec import DatasetSpec, spec_from
+from mjtactile.errors import RecognitionError
 from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.registry import read_registry, stored_module
 from mjtactile.recognition.shape import ShapeModule
@@ -32,7 +33,7 @@ from mjtactile.recognition.training.fitting import Schedule, rate
 from mjtactile.recognition.training.looker import Looker
 from mjtactile.recognition.training.presses import see_presses
 from mjtactile.recognition.training.shape_networks import PoseNetworks
-from mjtactile.recognition.weight_files import RecognitionError, read_weights
+from mjtactile.recognition.weight_files import read_weights
 
 
 @dataclass(frozen=True, kw_only=True)

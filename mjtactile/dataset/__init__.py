@@ -1,8 +1,8 @@
 """Large datasets of presses: specified in TOML, sampled from seeds, simulated, and stored in parts."""
 
-from mjtactile.dataset.files import Dataset, DatasetWarning, make_dataset, read_dataset
+from mjtactile.dataset.files import Dataset, make_dataset, read_dataset
 from mjtactile.dataset.spec import ContactSpec, DatasetSpec, load_spec
-from mjtactile.errors import DatasetError
+from mjtactile.errors import DatasetError, DatasetWarning
 
 __all__ = [
     "ContactSpec",

@@ -31,7 +31,7 @@ from mjtactile._types import Array
 from mjtactile.dataset.sampling import NOISE, OutlinePresses, outline_presses, stream
 from mjtactile.dataset.seal import UNSEALED, is_sealed, is_whole, sealed
 from mjtactile.dataset.spec import DatasetSpec
-from mjtactile.errors import DatasetError
+from mjtactile.errors import DamagedPartError, DatasetError, DatasetWarning
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad
 from mjtactile.workers import Workers, check_workers, make_files
@@ -46,10 +46,6 @@ FORMAT = 2
 _NAMES = ("shape", "preset", "law", "tangential", "transducer")
 #: Key of the metadata in a file's schema.
 _METADATA = b"mjtactile"
-
-
-class DamagedPartError(DatasetError):
-    """A damaged part; `make_dataset` makes it again."""
 
 
 @dataclass(frozen=True)
@@ -204,9 +200,10 @@ def press_columns(spec: DatasetSpec, presses: OutlinePresses) -> dict[str, np.nd
         from mjtactile.dataset.by_law import physics_readings as readings_of
     readings, forces, points = readings_of(influence, presses)
     count = len(readings)
+    settled = np.isfinite(readings.reshape(count, -1)).all(axis=1)
     index = presses.first + np.arange(count)
     noise = np.zeros(count)
-    for k in range(count):
+    for k in np.flatnonzero(settled):
         readings[k], noise[k] = _as_reported(spec, readings[k], stream(spec.seed, NOISE, int(index[k])))
     shifts = np.repeat([pose.shift for pose in presses.poses], spec.forces, axis=0)
     columns = {
@@ -229,7 +226,6 @@ def press_columns(spec: DatasetSpec, presses: OutlinePresses) -> dict[str, np.nd
         "transducer": np.full(count, (spec.transducer or {}).get("name", "none")),
         "readings": readings.reshape(count, -1).astype(np.float32),
     }
-    settled = np.isfinite(columns["readings"]).all(axis=1)
     return {name: column[settled] for name, column in columns.items()}
 
 
@@ -241,7 +237,7 @@ def _as_reported(spec: DatasetSpec, readings: Array, rng: np.random.Generator) -
         readings = reported(spec.transducer, readings, rng)
     noise = float(rng.uniform(*spec.noise))
     if noise > 0.0:
-        readings = readings + noise * np.nanmax(readings) * rng.standard_normal(readings.shape)
+        readings = readings + noise * readings.max() * rng.standard_normal(readings.shape)
     return readings, noise
 
 
@@ -280,10 +276,6 @@ _PRESSES_PER_PART = 960
 _FILES = "presses-*.parquet"
 
 
-class DatasetWarning(UserWarning):
-    """A part of a dataset was damaged and is made again."""
-
-
 @dataclass(frozen=True, eq=False)
 class Dataset:
     """Presses read from disk.
@@ -317,7 +309,7 @@ class Dataset:
         return np.stack([self.labels[name] for name in names], axis=-1)
 
 
-def make_dataset(spec: DatasetSpec, folder: Path, *, workers: int | Workers = 1, progress: bool = True) -> int:
+def make_dataset(spec: DatasetSpec, folder: str | Path, *, workers: int | Workers = 1, progress: bool = True) -> int:
     """Make the missing and damaged parts of a dataset.
 
     Args:
@@ -345,6 +337,7 @@ def make_dataset(spec: DatasetSpec, folder: Path, *, workers: int | Workers = 1,
 
     chosen = Workers(count=workers) if isinstance(workers, int) else workers
     check_workers(chosen)
+    folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     check_writable(folder / part_name(0))
     with _alone(folder):
@@ -367,7 +360,7 @@ def make_dataset(spec: DatasetSpec, folder: Path, *, workers: int | Workers = 1,
     return made
 
 
-def read_dataset(folder: Path, *, labels_only: bool = False, most: int | None = None) -> Dataset:
+def read_dataset(folder: str | Path, *, labels_only: bool = False, most: int | None = None) -> Dataset:
     """Read a dataset and verify all checksums.
 
     Args:
@@ -382,6 +375,7 @@ def read_dataset(folder: Path, *, labels_only: bool = False, most: int | None = 
     require("dataset")
     import pyarrow as pa
 
+    folder = Path(folder)
     remedy = f"Make what is missing: mjtactile dataset --spec FILE.toml --out {folder}"
     paths = sorted(folder.glob(_FILES))
     if not paths:

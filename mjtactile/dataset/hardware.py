@@ -10,17 +10,17 @@ Every press has an array of its own, drawn from the press's seed.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.errors import DatasetError
+from mjtactile.errors import DatasetError, shortened
 from mjtactile.transducer.array import Element, Transducer
 from mjtactile.transducer.capacitive import CapacitiveCell
 from mjtactile.transducer.imperfections import Imperfections
 from mjtactile.transducer.piezoresistive import PiezoresistiveElement
+from mjtactile.units import finite_number
 
 
 def reported(values: dict[str, Any], readings: Array, rng: np.random.Generator) -> Array:
@@ -70,15 +70,14 @@ def transducer_of(values: dict[str, Any]) -> tuple[Imperfections, Element]:
     if unknown:
         raise DatasetError(f"[transducer] has no entry {sorted(unknown)}. Available: name, full_scale, imperfections.")
     full_scale = values.get("full_scale", 100e3)
-    if isinstance(full_scale, bool) or not isinstance(full_scale, int | float) or not 1.0 <= full_scale <= 1e9:
-        raise DatasetError(f"[transducer] full_scale = {full_scale!r}; expected a stress of 1 to 1e9 Pa.")
+    if not 1.0 <= finite_number(full_scale) <= 1e9:
+        raise DatasetError(f"[transducer] full_scale = {shortened(full_scale)}; expected a stress of 1 to 1e9 Pa.")
     try:
         imperfections = Imperfections(**values.get("imperfections", {}))
-    except (TypeError, OverflowError) as error:
+    except TypeError as error:
         raise DatasetError(f"[transducer] imperfections: {error}. Expected the arguments of Imperfections.") from None
     if values.get("name") == "capacitive":
         return imperfections, CapacitiveCell.with_range(full_scale)
     if values.get("name") == "piezoresistive":
-        element = PiezoresistiveElement()
-        return imperfections, replace(element, full_force=full_scale * element.area)
+        return imperfections, PiezoresistiveElement.with_range(full_scale)
     raise DatasetError(f"[transducer] name = {values.get('name')!r}; expected 'capacitive' or 'piezoresistive'.")

@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import sys
 import tomllib
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -20,11 +19,11 @@ from mjtactile.contact.options import LAWS
 from mjtactile.contact.tangentials import WITHOUT_FRICTION
 from mjtactile.dataset.hardware import transducer_for
 from mjtactile.dataset.shapes import shape_face
-from mjtactile.errors import DatasetError, PadError
+from mjtactile.errors import DatasetError, PadError, shortened
 from mjtactile.fidelity import DEFAULT, PRESETS
 from mjtactile.pad import Pad
 from mjtactile.pad_names import pad_from_file, pad_from_values
-from mjtactile.units import GRAM_FORCE, MILLIMETRE, MOST_NOISE, MOST_PRESSES, MOST_SEED
+from mjtactile.units import GRAM_FORCE, MILLIMETRE, MOST_NOISE, MOST_PRESSES, MOST_SEED, finite_number, is_whole
 
 Range = tuple[float, float]
 
@@ -95,12 +94,14 @@ class DatasetSpec:
         return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
 
 
-def load_spec(path: Path) -> DatasetSpec:
+def load_spec(path: str | Path) -> DatasetSpec:
     """Read a dataset's TOML file.
 
     Raises:
         DatasetError: the file cannot be read, or an entry is invalid; the message names the entry.
+        IndenterError, PadError, TransducerError: as `parse_spec`.
     """
+    path = Path(path)
     try:
         values = tomllib.loads(read_text(path))
     except (OSError, ValueError, RecursionError) as error:
@@ -121,6 +122,7 @@ def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
         DatasetError: an entry is invalid; the message names the entry.
         IndenterError: there is no such shape.
         PadError: the pad is invalid.
+        TransducerError: a value of the transducer is outside its range.
     """
     known = {"presses", "seed", "backend", "fidelity", "law", "tangential", "free", "poses", "forces", "noise"}
     _refuse_unknown("the dataset", values, {*known, "transducer", "pad", "contact"})
@@ -174,13 +176,13 @@ def _contact(entry: dict[str, Any]) -> ContactSpec:
     shapes = entry.get("shapes", [])
     if not (isinstance(shapes, list) and shapes and all(isinstance(shape, str) for shape in shapes)):
         raise DatasetError(
-            f"[[contact]] shapes = {_short(shapes)}; expected a list of names, for example ['star', 'sphere']."
+            f"[[contact]] shapes = {shortened(shapes)}; expected a list of names, for example ['star', 'sphere']."
         )
     for shape in shapes:
         shape_face(shape)
     weight = entry.get("weight", float(len(shapes)))
     if not (_is_number(weight) and weight > 0.0):
-        raise DatasetError(f"[[contact]] weight = {_short(weight)}; expected a positive number.")
+        raise DatasetError(f"[[contact]] weight = {shortened(weight)}; expected a positive number.")
     turn, degree = (0.0, 360.0), math.pi / 180.0
     shift = entry.get("shift", 0.0)
     return ContactSpec(
@@ -233,7 +235,7 @@ def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
 
 def _refuse_unknown(where: str, values: Any, known: set[str]) -> None:
     if not isinstance(values, dict):
-        raise DatasetError(f"{where} is {_short(values)}; expected a table with entries {', '.join(sorted(known))}.")
+        raise DatasetError(f"{where} is {shortened(values)}; expected a table with entries {', '.join(sorted(known))}.")
     unknown = sorted(set(values) - known)
     if unknown:
         raise DatasetError(
@@ -242,32 +244,20 @@ def _refuse_unknown(where: str, values: Any, known: set[str]) -> None:
 
 
 def _is_number(value: object) -> bool:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    # Whole numbers may be larger than any float.
-    return -sys.float_info.max <= value <= sys.float_info.max
+    return math.isfinite(finite_number(value))
 
 
 def _count(values: dict[str, Any], name: str, default: int, least: int = 1, most: int = MOST_PER_OUTLINE) -> int:
     value = values.get(name, default)
-    if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
-        raise DatasetError(f"{name} = {_short(value)}; expected a whole number from {least} to {most}.")
+    if not (is_whole(value) and least <= value <= most):
+        raise DatasetError(f"{name} = {shortened(value)}; expected a whole number from {least} to {most}.")
     return value
-
-
-def _short(value: object) -> str:
-    """A value as text, shortened if it is long."""
-    try:
-        text = repr(value)
-    except ValueError:  # Python does not print integers of many thousand digits
-        return "a huge number"
-    return text if len(text) <= 60 else f"{text[:60]}..."
 
 
 def _share(values: dict[str, Any], name: str) -> float:
     value = values.get(name, 0.0)
     if not (_is_number(value) and 0.0 <= value <= 1.0):
-        raise DatasetError(f"{name} = {_short(value)}; expected a share from 0 to 1.")
+        raise DatasetError(f"{name} = {shortened(value)}; expected a share from 0 to 1.")
     return float(value)
 
 
@@ -294,7 +284,7 @@ def _range(
     given = values.get(name, default)
     pair = (given, given) if _is_number(given) else given
     if not (isinstance(pair, list | tuple) and len(pair) == 2 and all(map(_is_number, pair)) and pair[0] <= pair[1]):
-        raise DatasetError(f"{name} = {_short(given)}; expected one number, or [low, high] with low <= high.")
+        raise DatasetError(f"{name} = {shortened(given)}; expected one number, or [low, high] with low <= high.")
     if pair[0] < least or pair[1] > most:
-        raise DatasetError(f"{name} = {_short(given)}; expected values from {least:g} to {most:g}.")
+        raise DatasetError(f"{name} = {shortened(given)}; expected values from {least:g} to {most:g}.")
     return pair[0] * unit, pair[1] * unit

@@ -17,10 +17,11 @@ from mjtactile._installed import require
 
 require("envs")
 from mjtactile.envs.registration import ENTRY_POINTS, register_environments  # noqa: E402
+from mjtactile.errors import EnvError  # noqa: E402
 
 if TYPE_CHECKING:
     from mjtactile.envs.many import TactileVectorEnv, make_vec
-    from mjtactile.envs.options import EnvError, TouchOptions
+    from mjtactile.envs.options import TouchOptions
     from mjtactile.envs.single import TactileEnv
     from mjtactile.envs.task import Channel, Task
 
@@ -38,7 +39,6 @@ __all__ = [
 
 _MODULE_OF = {
     "Channel": "task",
-    "EnvError": "options",
     "TactileEnv": "single",
     "TactileVectorEnv": "many",
     "Task": "task",
@@ -52,4 +52,10 @@ register_environments()
 def __getattr__(name: str) -> Any:
     if name not in _MODULE_OF:
         raise AttributeError(f"module 'mjtactile.envs' has no attribute {name!r}")
-    return getattr(import_module(f"mjtactile.envs.{_MODULE_OF[name]}"), name)
+    value = getattr(import_module(f"mjtactile.envs.{_MODULE_OF[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -13,9 +13,10 @@ from shapely import Polygon, affinity
 
 from mjtactile._types import Array, Mask
 from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control, turn_and_press
-from mjtactile.envs.options import EnvError, TouchOptions
+from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.envs.task import Channel, Task, Told
+from mjtactile.errors import EnvError
 
 #: Speeds at full action [m/s, rad/s] and largest force [N].
 SPEED, TURN_SPEED, FORCE = 0.025, 2.0, 1.0

@@ -11,10 +11,11 @@ import numpy as np
 
 from mjtactile._types import Array, Mask
 from mjtactile.envs.grasp_scene import HANDLE, PAD_FORCES, gripper_spec
-from mjtactile.envs.options import Bands, EnvError, TouchOptions
+from mjtactile.envs.options import Bands, TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.envs.task import Channel, Task, Told, within
 from mjtactile.envs.touch import sensor_slice
+from mjtactile.errors import EnvError
 from mjtactile.experiments.hands.gripper import CLOSED_GAP, GRIPPER_PADS, STROKE
 
 #: Ranges of the random mass [kg], which is uniform in its logarithm, and of the random friction [-], which is uniform.

@@ -16,11 +16,13 @@ from gymnasium.vector.utils import batch_space
 
 from mjtactile._types import Array, Mask
 from mjtactile.envs.drawing import Drawing
-from mjtactile.envs.options import EnvError, check_picture, reset_options
+from mjtactile.envs.options import check_picture, reset_options
 from mjtactile.envs.registration import task_of
 from mjtactile.envs.simulation import BatchSimulations, Rows
 from mjtactile.envs.single import TactileEnv, check_render_mode
 from mjtactile.envs.task import Observation, Task, Told
+from mjtactile.errors import EnvError, shortened
+from mjtactile.units import is_whole
 
 
 def make_vec(
@@ -51,9 +53,9 @@ def make_vec(
             than one.
     """
     kind = task_of(task)
-    if not isinstance(num_envs, int | np.integer) or num_envs < 1:
+    if not (is_whole(num_envs) and num_envs >= 1):
         raise EnvError(f"num_envs = {num_envs!r}; expected at least one environment, a whole number.")
-    if not isinstance(threads, int | np.integer) or threads < 0:
+    if not (is_whole(threads) and threads >= 0):
         raise EnvError(f"threads = {threads!r}; expected a whole number, or 0 for as many as there are processors.")
     try:
         mode = AutoresetMode(autoreset_mode)
@@ -123,7 +125,10 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         self._drawings = [Drawing(kind.CAMERA, width, height) for _ in range(num_envs)]
 
     def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+        self,
+        *,
+        seed: int | Sequence[int | None] | npt.NDArray[np.integer[Any]] | None = None,
+        options: dict[str, Any] | None = None,
     ) -> tuple[Observation, dict[str, Any]]:
         """Begin episodes; the same seed begins the same episode.
 
@@ -134,20 +139,16 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
                 begin; by default all.
 
         Raises:
-            EnvError: an option is unknown, or the mask or the seeds have the wrong length.
+            EnvError: an option is unknown, the mask or the seeds have the wrong length, or a seed is no whole number.
         """
-        seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
-        if seeds is not None and not isinstance(seeds, Sequence | np.ndarray):
-            raise EnvError(f"seed = {seed!r}; expected a whole number, or a sequence of one for each environment.")
-        if seeds is not None and len(seeds) != self.num_envs:
-            raise EnvError(f"{len(seeds)} seeds; expected one for each of {self.num_envs} environments.")
+        seeds = self._seeds(seed)
         options = reset_options(options)
         mask = np.asarray(options.pop("reset_mask", np.ones(self.num_envs, dtype=bool)))
         if mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
             raise EnvError(
                 f"reset_mask = {mask}; expected an array of {self.num_envs} bool, at least one of them True."
             )
-        for k, one in enumerate(seeds or ()):
+        for k, one in enumerate(seeds):
             if one is not None and mask[k]:
                 self._drawn[k] = seeding.np_random(one)[0]
         infos: dict[str, Any] = {}
@@ -206,6 +207,19 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         """Free the renderers."""
         for drawing in self._drawings:
             drawing.close()
+
+    def _seeds(self, seed: Any) -> list[int | None]:
+        """A seed for each environment, or None."""
+        seeds = seed if isinstance(seed, list | tuple | np.ndarray) else [seed] * self.num_envs
+        step = 1 if is_whole(seed) else 0
+        if not all(one is None or (is_whole(one) and one >= 0) for one in seeds):
+            raise EnvError(
+                f"seed = {shortened(seed)}; expected a whole number of at least 0, or a sequence of one for each "
+                "environment."
+            )
+        if len(seeds) != self.num_envs:
+            raise EnvError(f"{len(seeds)} seeds; expected one for each of {self.num_envs} environments.")
+        return [None if one is None else int(one) + step * k for k, one in enumerate(seeds)]
 
     def _begin(self, mask: Mask, infos: dict[str, Any], options: dict[str, Any]) -> None:
         """Begin episodes in the environments of a mask, and add the task's infos of them."""

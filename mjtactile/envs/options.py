@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -11,20 +10,15 @@ from typing import Any
 import numpy as np
 
 from mjtactile.attach import pad_table
-from mjtactile.errors import MjTactileError, PresetError, SceneError
+from mjtactile.errors import EnvError, PresetError, SceneError
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity
 from mjtactile.pad import Pad
+from mjtactile.units import finite_number, is_whole
 
 #: Kinds of observations of the pads.
 OBSERVATIONS = ("readings", "pascals", "wrench", "recognised", "none")
 #: Kinds of transducers.
 TRANSDUCERS = ("capacitive", "piezoresistive")
-
-
-class EnvError(MjTactileError, ValueError):
-    """An environment was given an invalid option, or misused."""
-
-    page = "environments.md"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +59,7 @@ class TouchOptions:
             )
         for name in ("noise", "randomise"):
             value = getattr(self, name)
-            if not (isinstance(value, int | float) and math.isfinite(value) and value >= 0.0):
+            if not finite_number(value) >= 0.0:
                 raise EnvError(f"{name} = {value!r}; expected a number of at least 0.")
         if self.randomise > 1.0:
             raise EnvError(f"randomise = {self.randomise}; expected 0 (none) to 1 (all).")
@@ -125,8 +119,7 @@ def check_picture(width: Any, height: Any) -> None:
         EnvError: width or height is not a whole number from 1 to 16384.
     """
     for name, value in (("width", width), ("height", height)):
-        whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-        if not whole or not 1 <= value <= _MOST_PIXELS:
+        if not (is_whole(value) and 1 <= value <= _MOST_PIXELS):
             raise EnvError(f"{name} = {value!r}; expected a whole number of pixels from 1 to {_MOST_PIXELS}.")
 
 

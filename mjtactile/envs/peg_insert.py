@@ -10,10 +10,11 @@ import numpy as np
 
 from mjtactile._types import Array, Mask
 from mjtactile.envs.grasp_scene import HANDLE, gripper_spec
-from mjtactile.envs.options import EnvError, TouchOptions
+from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.envs.task import Channel, Task, Told, within
 from mjtactile.envs.touch import sensor_slice
+from mjtactile.errors import EnvError
 from mjtactile.experiments.hands.gripper import CLOSED_GAP, GRIPPER_PADS
 
 #: Half the peg's width, its length below the handle's middle, and the clearance of the hole [m].

@@ -11,9 +11,10 @@ import numpy as np
 
 from mjtactile._types import Array, Mask
 from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control, turn_and_press
-from mjtactile.envs.options import EnvError, TouchOptions
+from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.envs.task import Channel, Task, Told, within
+from mjtactile.errors import EnvError
 from mjtactile.geometry.indenter import punch
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.sim.mjcf import indenter_mjcf

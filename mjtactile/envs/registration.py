@@ -41,7 +41,7 @@ def task_of(task: str | type[Task]) -> type[Task]:
         return task
     if task not in ENTRY_POINTS:
         # Imported here, so that registering does not import SciPy.
-        from mjtactile.envs.options import EnvError
+        from mjtactile.errors import EnvError
 
         raise EnvError(f"environment {task!r} does not exist in mjtactile. Available: {', '.join(ENTRY_POINTS)}.")
     module, name = ENTRY_POINTS[task].split(":")

@@ -12,9 +12,10 @@ import numpy.typing as npt
 from gymnasium.utils import EzPickle
 
 from mjtactile.envs.drawing import Drawing
-from mjtactile.envs.options import EnvError, check_picture
+from mjtactile.envs.options import check_picture
 from mjtactile.envs.registration import task_of
 from mjtactile.envs.task import Observation, Task
+from mjtactile.errors import EnvError
 
 _ROW = np.zeros(1, dtype=np.int32)
 

@@ -17,9 +17,10 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array, Mask
-from mjtactile.envs.options import EnvError, TouchOptions, refuse_unknown, reset_options
+from mjtactile.envs.options import TouchOptions, refuse_unknown, reset_options
 from mjtactile.envs.simulation import Rows, Simulations, SingleSimulation
 from mjtactile.envs.touch import PadObserver
+from mjtactile.errors import EnvError
 
 Observation = dict[str, npt.NDArray[np.float32]]
 #: Infos by name, each of shape (n,).

@@ -209,15 +209,10 @@ class PadObserver:
 
 
 def _transducer(kind: str, shape: tuple[int, ...], seed: int) -> Transducer:
-    nominal = PiezoresistiveElement()
-    element = (
-        CapacitiveCell.with_range(FULL_SCALE)
-        if kind == "capacitive"
-        else PiezoresistiveElement(area=nominal.full_force / FULL_SCALE)
-    )
+    of_kind = CapacitiveCell if kind == "capacitive" else PiezoresistiveElement
     # Free taxels have no neighbours, so there is no crosstalk between them.
     imperfections = replace(TYPICAL, crosstalk=0.0) if len(shape) == 1 else TYPICAL
-    return Transducer(element, imperfections, shape=shape, seed=seed)
+    return Transducer(of_kind.with_range(FULL_SCALE), imperfections, shape=shape, seed=seed)
 
 
 #: Least mean reading for a centroid [Pa].

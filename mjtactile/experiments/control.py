@@ -12,11 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array
-from mjtactile.errors import MjTactileError
-
-
-class ControlError(MjTactileError, ValueError):
-    """A controller with an invalid gain or stiffness, or a commanded force that does not press."""
+from mjtactile.errors import ControlError
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,10 +16,11 @@ from typing import Any, Literal, NamedTuple, TypeVar
 import trimesh
 from shapely import MultiPolygon, Polygon, affinity
 
-from mjtactile.errors import IndenterError
+from mjtactile.errors import IndenterError, shortened
 from mjtactile.geometry.outlines import INDENTER_NAMES, SIDES, ellipse, punch_outline
 from mjtactile.geometry.planar import convex_parts, even_parts
 from mjtactile.geometry.solid import checked, extrude, face_outline, is_prism, silhouette
+from mjtactile.units import finite_number
 
 #: A mesh is treated as a flat punch if its lowest face covers at least this fraction of its silhouette.
 FLAT_FACE_SHARE = 0.1
@@ -128,8 +129,8 @@ def indenter_outline(
     Raises:
         IndenterError: the name is unknown, the scale is not positive, or the shift or rotation is not finite.
     """
-    if not (math.isfinite(scale) and scale > 0.0):
-        raise IndenterError(f"scale = {scale}; expected a positive number, 1 for the 10 mm original.")
+    if not finite_number(scale) > 0.0:
+        raise IndenterError(f"scale = {shortened(scale)}; expected a positive number, 1 for the 10 mm original.")
     return _placed(affinity.scale(punch_outline(name), scale, scale, origin=(0, 0)), shift, rotate_deg)
 
 
@@ -228,9 +229,13 @@ def box(size: tuple[float, float, float]) -> Indenter:
     Raises:
         IndenterError: a length is not positive.
     """
-    for length, name in zip(size, ("size x", "size y", "size z"), strict=True):
+    try:
+        x, y, z = size
+    except (TypeError, ValueError):
+        raise IndenterError(f"size = {shortened(size)}; expected three lengths (x, y, z) in metres.") from None
+    for name, length in (("size x", x), ("size y", y), ("size z", z)):
         _require_positive(name, length)
-    x, y, z = (length / 2 for length in size)
+    x, y, z = x / 2, y / 2, z / 2
     outline = Polygon([(-x, -y), (x, -y), (x, y), (-x, y)])
     return Indenter(
         name="box", solid=extrude(outline, 2 * z), outline=outline, primitive=Primitive("box", (x, y, z), z)
@@ -306,14 +311,19 @@ def _standing(solid: trimesh.Trimesh) -> trimesh.Trimesh:
 
 def _placed(outline: Area, shift: tuple[float, float], rotate_deg: float) -> Area:
     try:
-        x, y = (float(value) for value in shift)
-    except (TypeError, ValueError) as error:
-        raise IndenterError(f"shift = {shift!r}; expected two lengths (x, y) in metres.") from error
-    if not all(map(math.isfinite, (x, y, rotate_deg))):
-        raise IndenterError(f"shift = {shift} m, rotate_deg = {rotate_deg}; expected finite numbers.")
-    return affinity.translate(affinity.rotate(outline, rotate_deg, origin=(0, 0)), x, y)
+        x, y = map(finite_number, shift)
+    except (TypeError, ValueError):
+        raise IndenterError(f"shift = {shortened(shift)}; expected two lengths (x, y) in metres.") from None
+    angle = finite_number(rotate_deg)
+    if not all(map(math.isfinite, (x, y, angle))):
+        raise IndenterError(
+            f"shift = {shortened(shift)} m, rotate_deg = {shortened(rotate_deg)}; expected finite numbers."
+        )
+    return affinity.translate(affinity.rotate(outline, angle, origin=(0, 0)), x, y)
 
 
 def _require_positive(name: str, value: float) -> None:
-    if not (math.isfinite(value) and value > 0.0):
-        raise IndenterError(f"{name} = {value}; expected a positive, finite number (lengths in metres: 5 mm is 5e-3).")
+    if not finite_number(value) > 0.0:
+        raise IndenterError(
+            f"{name} = {shortened(value)}; expected a positive, finite number (lengths in metres: 5 mm is 5e-3)."
+        )

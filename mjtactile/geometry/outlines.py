@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cache
 
 import numpy as np
 from shapely import Polygon
 
 from mjtactile._types import Array
-from mjtactile.errors import IndenterError
+from mjtactile.errors import IndenterError, shortened
 
 #: Sides of the polygon for a full circle; a multiple of 4, so that reflections in x and y map corners to corners.
 SIDES = 256
@@ -30,15 +29,14 @@ def ellipse(semi_x: float, semi_y: float) -> Polygon:
     return Polygon(_turn(SIDES, 0.0) * same_area * (semi_x, semi_y))
 
 
-@cache
 def punch_outline(name: str) -> Polygon:
     """Outline of one of the seven punches, counter-clockwise and centred on the origin [m].
 
     Raises:
         IndenterError: the name is none of `INDENTER_NAMES`.
     """
-    if name not in _PUNCHES:
-        raise IndenterError(f"indenter '{name}' does not exist. Available: {', '.join(INDENTER_NAMES)}.")
+    if not (isinstance(name, str) and name in _PUNCHES):
+        raise IndenterError(f"indenter {shortened(name)} does not exist. Available: {', '.join(INDENTER_NAMES)}.")
     return _PUNCHES[name]()
 
 

@@ -13,8 +13,9 @@ from scipy.sparse.csgraph import connected_components
 from shapely import MultiPolygon, Polygon
 
 from mjtactile._types import Array, Indices, Mask
-from mjtactile.errors import IndenterError
+from mjtactile.errors import IndenterError, shortened
 from mjtactile.geometry.planar import areal, polygons_of, triangulate
+from mjtactile.units import finite_number
 
 #: Vertices closer than this to the cutting plane count as lying in it [m], because rotations are rounded.
 PLANE_TOLERANCE = 1e-9
@@ -61,8 +62,8 @@ def extrude(area: Polygon | MultiPolygon, height: float) -> trimesh.Trimesh:
     Raises:
         IndenterError: the height is not positive, the area is empty, or the prism is no valid solid.
     """
-    if not (np.isfinite(height) and height > 0.0):
-        raise IndenterError(f"height = {height} m; expected a positive length in metres (5 mm is 5e-3).")
+    if not finite_number(height) > 0.0:
+        raise IndenterError(f"height = {shortened(height)} m; expected a positive length in metres (5 mm is 5e-3).")
     prisms = [_prism(polygon, height) for polygon in polygons_of(area)]
     if not prisms:
         raise IndenterError("cannot extrude an empty outline.")

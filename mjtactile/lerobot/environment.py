@@ -36,7 +36,9 @@ class LeRobotRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
             exists.
     """
 
-    def __init__(self, env: gymnasium.Env[Any, Any], folder: Path, *, task: str | None = None, flat: bool = False):
+    def __init__(
+        self, env: gymnasium.Env[Any, Any], folder: str | Path, *, task: str | None = None, flat: bool = False
+    ) -> None:
         super().__init__(env)
         inner = env.unwrapped
         if not isinstance(inner, TactileEnv) or inner.task.options.observation not in _READINGS:

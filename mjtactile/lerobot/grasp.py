@@ -57,7 +57,7 @@ class RecordedTouch:
 
 
 def record_lifts(
-    folder: Path,
+    folder: str | Path,
     *,
     episodes: int,
     settings: TrialSettings,

@@ -26,7 +26,7 @@ _VECTORS = {
 }
 
 
-def presses_to_lerobot(presses: Path, folder: Path, *, flat: bool = False, progress: bool = True) -> int:
+def presses_to_lerobot(presses: str | Path, folder: str | Path, *, flat: bool = False, progress: bool = True) -> int:
     """Convert a dataset of presses (`make_dataset`) to a LeRobotDataset.
 
     Args:

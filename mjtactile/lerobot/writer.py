@@ -58,7 +58,10 @@ class LeRobotWriter:
         DatasetError: the folder exists, or the format does not allow a name or the rate.
     """
 
-    def __init__(self, folder: Path, *, fps: int, features: Mapping[str, Feature], robot: str | None = None) -> None:
+    def __init__(
+        self, folder: str | Path, *, fps: int, features: Mapping[str, Feature], robot: str | None = None
+    ) -> None:
+        folder = Path(folder)
         if folder.exists():
             raise DatasetError(f"{folder} exists already. Name a folder that does not exist, or delete that one.")
         if fps != int(fps) or fps < 1:

@@ -67,7 +67,7 @@ def fitted_patch(
             which hits were moved off their facets.
 
     Returns:
-        The patch; its `deviation` is the largest distance from the corrected hits over the rectangle [m].
+        The patch; its `deviation` is the largest distance from the mesh over the rectangle [m].
 
     Raises:
         FileNotFoundError: when there is no such file.

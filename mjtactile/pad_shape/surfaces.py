@@ -19,7 +19,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array
-from mjtactile.errors import PadError
+from mjtactile.errors import PadError, shortened
+from mjtactile.units import finite_number, is_whole
 
 #: Largest slope of a surface against the plane z = 0 [deg].
 MOST_SLOPE = 60.0
@@ -218,12 +219,9 @@ def positive_number(name: str, value: Any, expected: str) -> float:
     Raises:
         PadError: the value is anything else; the message says what was expected.
     """
-    try:
-        number = float(value)
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
-    if isinstance(value, str | bytes | bool | np.bool_) or not (math.isfinite(number) and number > 0.0):
-        raise PadError(f"{name} = {value!r:.60}; expected {expected}.")
+    number = finite_number(value)
+    if not number > 0.0:
+        raise PadError(f"{name} = {shortened(value)}; expected {expected}.")
     return number
 
 
@@ -390,17 +388,18 @@ class SurfacePatch(Surface):
         except (TypeError, ValueError):
             raise PadError("knots and coefficients of a surface patch must be numbers in metres.") from None
         degree = self.degree
-        if not (isinstance(degree, int) and not isinstance(degree, bool) and 3 <= degree <= 7):
-            raise PadError(f"degree = {degree!r} of a surface patch; expected a whole number from 3 to 7.")
-        counts = tuple(len(line) - degree - 1 for line in knots)
+        if not (is_whole(degree) and 3 <= degree <= 7):
+            raise PadError(f"degree = {shortened(degree)} of a surface patch; expected a whole number from 3 to 7.")
+        counts = tuple(line.size - degree - 1 for line in knots)
         fits = all(line.ndim == 1 and np.isfinite(line).all() and (np.diff(line) >= 0).all() for line in knots)
         if not (fits and values.shape == counts and min(counts) > degree and np.isfinite(values).all()):
             raise PadError(
-                f"a surface patch with {len(self.knots_x)} and {len(self.knots_y)} knots has coefficients of shape "
+                f"a surface patch with {knots[0].size} and {knots[1].size} knots has coefficients of shape "
                 f"{values.shape}; expected {counts}, with finite numbers and ascending knots."
             )
         for name, line in zip(("knots_x", "knots_y"), knots, strict=True):
             object.__setattr__(self, name, tuple(line.tolist()))
+        object.__setattr__(self, "degree", int(degree))
         object.__setattr__(self, "coefficients", tuple(map(tuple, values.tolist())))
 
     @property
@@ -452,13 +451,14 @@ def surface_from(description: Any) -> Surface:
     Raises:
         PadError: the description is not that of a known surface.
     """
-    if not isinstance(description, dict) or description.get("kind") not in _KINDS:
+    kind = description.get("kind") if isinstance(description, dict) else None
+    if not (isinstance(kind, str) and kind in _KINDS):
         raise PadError(
-            f'"surface" = {str(description)[:60]}; expected an object whose "kind" is one of {", ".join(_KINDS)}, for '
+            f'"surface" = {shortened(description)}; expected an object whose "kind" is one of {", ".join(_KINDS)}, for '
             'example {"kind": "sphere", "radius": 12e-3}.'
         )
     values = {name: value for name, value in description.items() if name != "kind"}
-    of_kind = _KINDS[description["kind"]]
+    of_kind = _KINDS[kind]
     try:
         made = of_kind(**values)
     except TypeError:

@@ -14,15 +14,13 @@ import numpy.typing as npt
 
 from mjtactile._files import read_text, why_unread
 from mjtactile._types import Array, Indices
-from mjtactile.errors import PadError
+from mjtactile.errors import PadError, shortened
 
 _WHAT = (
     "expected one row (x, y, z) per taxel, in metres and in the pad frame; for a grid give "
     "TaxelGrid(rows=13, columns=13)"
 )
 
-#: Most characters of a value in a message.
-_LONGEST_VALUE = 120
 #: With more depth bands than this, all taxels are drawn as one layer.
 _MOST_BANDS = 8
 
@@ -46,7 +44,7 @@ class FreeTaxels:
         """Normalise number types and refuse invalid points and radii."""
         points = _numbers("points", self.points)
         if points.ndim != 2 or points.shape[1] != 3 or not len(points):
-            raise PadError(f"taxels = {_shortened(self.points)}, points of shape {points.shape}; {_WHAT}.")
+            raise PadError(f"taxels = {shortened(self.points)}, points of shape {points.shape}; {_WHAT}.")
         _refuse(~np.isfinite(points).all(axis=1), "has coordinates that are not finite", points)
         object.__setattr__(self, "points", tuple(map(tuple, points.tolist())))
         if self.radii is None:
@@ -123,16 +121,11 @@ def as_taxels(value: Any) -> Any:
     return value
 
 
-def _shortened(values: Any) -> str:
-    said = repr(values)
-    return said if len(said) <= _LONGEST_VALUE else f"{said[:_LONGEST_VALUE]}..."
-
-
 def _numbers(name: str, values: npt.ArrayLike | None) -> Array:
     try:
         return np.asarray(values, dtype=float)
     except (TypeError, ValueError, OverflowError):
-        raise PadError(f"taxels = {_shortened(values)} have {name} that are no numbers; {_WHAT}.") from None
+        raise PadError(f"taxels = {shortened(values)} have {name} that are no numbers; {_WHAT}.") from None
 
 
 def _refuse(wrong: Any, said: str, points: Array) -> None:

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, overload
 
+from mjtactile.errors import RecognitionError
 from mjtactile.pad import Pad
 from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.force import ForceRecogniser, ForceResult
@@ -20,7 +21,7 @@ from mjtactile.recognition.grasp import GraspRecogniser, GraspResult
 from mjtactile.recognition.pose import POSE_KINDS, PoseModule
 from mjtactile.recognition.registry import Entry, read_registry, stored_module
 from mjtactile.recognition.shape import ModuleStack, ShapeModule, ShapeRecogniser, ShapeResult
-from mjtactile.recognition.weight_files import SHIPPED, RecognitionError, check_pad
+from mjtactile.recognition.weight_files import SHIPPED, check_pad
 
 __all__ = [
     "ForceRecogniser",
@@ -34,19 +35,19 @@ __all__ = [
     "modules",
 ]
 
-#: Folders of shipped weights by the sensing layers they use.
-LAYERS = {"all": "all", "top": "top"}
+#: Folders of shipped weights, named after the sensing layers they use.
+LAYERS = ("all", "top")
 #: Folder of the grasp recogniser, which has principal components of its own.
 _GRASP = "grasp"
 
 
 @overload
 def load(
-    name: Literal["force"], *, layers: str = "all", pad: Pad | None = None, folder: Path | None = None
+    name: Literal["force"], *, layers: str = "all", pad: Pad | None = None, folder: str | Path | None = None
 ) -> ForceRecogniser: ...
 @overload
 def load(
-    name: Literal["grasp"], *, layers: str = "all", pad: Pad | None = None, folder: Path | None = None
+    name: Literal["grasp"], *, layers: str = "all", pad: Pad | None = None, folder: str | Path | None = None
 ) -> GraspRecogniser: ...
 @overload
 def load(
@@ -54,7 +55,7 @@ def load(
     *,
     layers: str = "all",
     pad: Pad | None = None,
-    folder: Path | None = None,
+    folder: str | Path | None = None,
     also: Sequence[str] = (),
 ) -> ShapeRecogniser: ...
 def load(
@@ -62,7 +63,7 @@ def load(
     *,
     layers: str = "all",
     pad: Pad | None = None,
-    folder: Path | None = None,
+    folder: str | Path | None = None,
     also: Sequence[str] = (),
 ) -> ForceRecogniser | GraspRecogniser | ShapeRecogniser:
     """A trained recogniser, called with readings (..., layers, rows, columns) [Pa].
@@ -79,14 +80,11 @@ def load(
     Raises:
         RecognitionError: there is no such recogniser or shape, or its weights are for another pad.
     """
-    if layers not in LAYERS:
-        raise RecognitionError(f"layers = {layers!r}; expected one of {', '.join(map(repr, LAYERS))}.")
     if name not in ("force", "grasp", "shape"):
         raise RecognitionError(f"recogniser {name!r} does not exist. Available: 'force', 'grasp', 'shape'.")
     if name == "grasp" and layers != "all":
         raise RecognitionError("the grasp recogniser needs all sensing layers. Leave out layers=.")
-    shipped = SHIPPED / (_GRASP if name == "grasp" else LAYERS[layers])
-    where = shipped if folder is None else Path(folder)
+    where = _weights(layers, folder, grasp=name == "grasp")
     registry = read_registry(where)
     view = stored_module(where, _entry(registry, "view", where))
     check_pad(view, pad)
@@ -105,7 +103,7 @@ def load(
     )
 
 
-def modules(*, layers: str = "all", folder: Path | None = None) -> dict[str, Entry]:
+def modules(*, layers: str = "all", folder: str | Path | None = None) -> dict[str, Entry]:
     """The registered modules by name: kind, file, hash and the modules that each depends on.
 
     Args:
@@ -113,9 +111,16 @@ def modules(*, layers: str = "all", folder: Path | None = None) -> dict[str, Ent
         folder: folder of other weights; by default those of the package.
 
     Raises:
-        RecognitionError: there is no registry, or it is damaged.
+        RecognitionError: there are no weights for these layers, or no registry, or it is damaged.
     """
-    return read_registry(SHIPPED / LAYERS[layers] if folder is None else Path(folder))
+    return read_registry(_weights(layers, folder))
+
+
+def _weights(layers: str, folder: str | Path | None, *, grasp: bool = False) -> Path:
+    """The folder of weights: the given one, or that of the package for some layers or for grasps."""
+    if layers not in LAYERS:
+        raise RecognitionError(f"layers = {layers!r}; expected one of {', '.join(map(repr, LAYERS))}.")
+    return SHIPPED / (_GRASP if grasp else layers) if folder is None else Path(folder)
 
 
 def _entry(registry: dict[str, Entry], name: str, folder: Path) -> Entry:

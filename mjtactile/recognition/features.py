@@ -12,8 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
+from mjtactile.errors import RecognitionError
 from mjtactile.recognition.symmetry import Mirrors, into_octant
-from mjtactile.recognition.weight_files import RecognitionError, Stored
+from mjtactile.recognition.weight_files import Stored
 
 #: Least noise in the features, relative to the norm of the projection [-].
 NOISE_FLOOR = 3e-5

@@ -11,7 +11,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from mjtactile.recognition.weight_files import RecognitionError, Stored, file_hash, read_weights
+from mjtactile.errors import RecognitionError
+from mjtactile.recognition.weight_files import Stored, file_hash, read_weights
 
 REGISTRY = "registry.json"
 #: Entry with the registry's own checksum.
@@ -24,7 +25,7 @@ class Entry:
 
     Attributes:
         name: such as "force" or "shape star".
-        kind: "view", "position", "size", "orientation", "force" or "shape".
+        kind: "view", "position", "size", "orientation", "force", "grasp", "shape" or "examples".
         file: name of its file in the registry's folder.
         sha256: SHA-256 of the file.
         needs: names of the modules whose results are its inputs.

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjtactile._types import Array
+from mjtactile.errors import RecognitionError
 from mjtactile.recognition.features import PrincipalComponents, Seen
 from mjtactile.recognition.network import Network, silu
 from mjtactile.recognition.pose import PoseModule, rotation_of
-from mjtactile.recognition.weight_files import RecognitionError, Stored
+from mjtactile.recognition.weight_files import Stored
 
 
 @dataclass(frozen=True, eq=False)

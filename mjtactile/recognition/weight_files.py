@@ -11,18 +11,12 @@ from typing import Any
 import numpy as np
 
 from mjtactile._files import METADATA, check_arrays, check_header, has_no_checksums, with_checksums
-from mjtactile.errors import MjTactileError
+from mjtactile.errors import RecognitionError, of_type
 from mjtactile.pad import Pad
 from mjtactile.recognition.symmetry import NEEDED, is_symmetric
 
 #: Folder of the package's weights.
 SHIPPED = Path(__file__).resolve().parent / "weights"
-
-
-class RecognitionError(MjTactileError, ValueError):
-    """Readings or weights that a recogniser cannot use."""
-
-    page = "recognition.md"
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +111,7 @@ def check_pad(stored: Stored, pad: Pad | None) -> None:
     """
     if pad is None:
         return
+    of_type(Pad, "pad", pad, RecognitionError)
     known = stored.metadata["fingerprint_of_layers"], stored.metadata["pad_fingerprint"]
     if pad.fingerprint not in known:
         cure = "Train recognisers for it: make weights, with the pad in training/presses.toml."

@@ -7,34 +7,38 @@ from pathlib import Path
 
 import torch
 
-from mjtactile.errors import InfluenceError, PresetError
+from mjtactile.errors import InfluenceError, PresetError, shortened
 from mjtactile.fidelity import DEFAULT, Fidelity
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.pad import Pad
-from mjtactile.pad_names import named_pad, names_file
+from mjtactile.pad_names import named_pad
+from mjtactile.units import is_whole
 
 
 def matrices_of(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str | Fidelity | None) -> InfluenceMatrices:
-    """Influence matrices of a pad, of a registered pad by name, or from a file; given matrices are returned unchanged.
+    """Influence matrices of a pad or from a file; given matrices are returned unchanged.
+
+    Args:
+        pad: matrices, or what `attach_pad` accepts as a pad.
+        fidelity: of the matrices of a pad; "balanced" by default.
 
     Raises:
+        CorruptInfluenceError: a file holds no influence matrices.
         PresetError: the fidelity does not exist, or is given together with matrices, which have their own.
         SceneError: no pad or file has that name.
     """
-    is_file = isinstance(pad, Path) or (isinstance(pad, str) and names_file(pad))
-    if fidelity is not None and (is_file or isinstance(pad, InfluenceMatrices)):
+    if isinstance(pad, str | Path):
+        pad = named_pad(str(pad)) or Path(pad)
+    if fidelity is not None and isinstance(pad, Path | InfluenceMatrices):
         raise PresetError(
             f"fidelity {fidelity!r} was given with influence matrices, which have their own. Leave it out, or give a "
             "pad."
         )
     if isinstance(pad, InfluenceMatrices):
         return pad
-    if is_file:
-        return load_influence(str(pad))
-    if isinstance(pad, str):
-        pad = named_pad(pad)
-    assert not isinstance(pad, Path)
+    if isinstance(pad, Path):
+        return load_influence(pad)
     return influence_matrices(Pad() if pad is None else pad, DEFAULT if fidelity is None else fidelity)
 
 
@@ -45,12 +49,13 @@ def existing_layers(pad: Pad, layers: Sequence[int] | None) -> tuple[int, ...]:
         InfluenceError: a layer does not exist, or is given twice.
     """
     count = pad.sensing_layers
-    chosen = tuple(range(count)) if layers is None else tuple(layers)
-    if not chosen or len(set(chosen)) < len(chosen) or not all(0 <= k < count for k in chosen):
+    chosen = range(count) if layers is None else layers
+    known = isinstance(chosen, Sequence) and all(is_whole(k) and 0 <= k < count for k in chosen)
+    if not known or not chosen or len(set(chosen)) < len(chosen):
         raise InfluenceError(
-            f"layers = {chosen}; expected some of {tuple(range(count))}, each once, counted from the top."
+            f"layers = {shortened(layers)}; expected some of {tuple(range(count))}, each once, counted from the top."
         )
-    return chosen
+    return tuple(chosen)
 
 
 def floating(dtype: torch.dtype) -> torch.dtype:

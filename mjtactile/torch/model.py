@@ -49,8 +49,8 @@ class PadModel(nn.Module):
     state dictionary contains the pad's fingerprint instead of the matrices; a model of another pad refuses it.
 
     Args:
-        pad: a pad, the name of a registered one, a file of saved influence matrices, or the matrices themselves; by
-            default the paper's pad.
+        pad: a pad, the name of a registered one, a TOML file of one, a file of saved influence matrices, or the
+            matrices themselves; by default the paper's pad.
         fidelity: preset by name, or a Fidelity; "balanced" by default. Influence matrices have their own.
         layers: sensing layers to read, 0 at the top; by default all.
         stress: whether stress tensors are needed; their matrices take a fifth more memory.
@@ -64,7 +64,7 @@ class PadModel(nn.Module):
         layers: sensing layers that are read.
 
     Raises:
-        InfluenceError: a layer does not exist.
+        InfluenceError: a layer does not exist, or a file holds no influence matrices.
         PresetError: the fidelity does not exist, or is given together with matrices.
         SceneError: no pad or file has that name.
     """

@@ -14,8 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array, Mask
-from mjtactile.transducer.capacitive import CapacitiveCell, TransducerError
+from mjtactile.errors import TransducerError, shortened
+from mjtactile.transducer.capacitive import CapacitiveCell
 from mjtactile.transducer.imperfections import Imperfections, coupled, lagging
+from mjtactile.units import is_whole
 
 #: The converter's range extends this far below the signal at rest, over the full signal [-], so that noise at rest is
 #: not clipped.
@@ -39,6 +41,34 @@ class Element(Protocol):
         ...
 
 
+def checked_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
+    """The shape of one set of readings, checked.
+
+    Raises:
+        TransducerError: it is not (layers, rows, columns) or (taxels,), of whole numbers from 1 on.
+    """
+    if not (isinstance(shape, list | tuple) and len(shape) in (1, 3) and all(is_whole(n) and n >= 1 for n in shape)):
+        raise TransducerError(
+            f"shape = {shortened(shape)}; expected (layers, rows, columns), for example (4, 13, 13), or (taxels,)."
+        )
+    return tuple(int(n) for n in shape)
+
+
+def finite_readings(readings: npt.ArrayLike) -> Array:
+    """Readings [Pa] as an array, checked.
+
+    Raises:
+        TransducerError: they are not finite numbers.
+    """
+    try:
+        stress = np.asarray(readings, dtype=float)
+    except (TypeError, ValueError):
+        raise TransducerError(f"readings = {shortened(readings)}; expected an array of stresses in pascals.") from None
+    if not np.isfinite(stress).all():
+        raise TransducerError("the readings hold NaN or infinite values; expected finite stresses in pascals.")
+    return stress
+
+
 class Transducer:
     """An array of elements with their imperfections: `transducer(readings)` is what the array reports.
 
@@ -54,8 +84,8 @@ class Transducer:
         seed: of everything drawn.
 
     Raises:
-        TransducerError: the shape is no array of taxels, a dead taxel is outside it, or there is crosstalk between free
-            taxels, which have no neighbours.
+        TransducerError: the shape is no array of taxels, a dead taxel is outside it, the seed is negative or no whole
+            number, or there is crosstalk between free taxels, which have no neighbours.
     """
 
     def __init__(
@@ -68,12 +98,10 @@ class Transducer:
     ) -> None:
         self.element = CapacitiveCell() if element is None else element
         self.imperfections = Imperfections() if imperfections is None else imperfections
-        self.shape = tuple(int(n) for n in shape)
-        self.seed = seed
-        if len(self.shape) not in (1, 3) or min(self.shape) < 1:
-            raise TransducerError(
-                f"shape = {shape}; expected (layers, rows, columns), for example (4, 13, 13), or (taxels,)."
-            )
+        self.shape = checked_shape(shape)
+        if not (is_whole(seed) and seed >= 0):
+            raise TransducerError(f"seed = {shortened(seed)}; expected a whole number of at least 0.")
+        self.seed = int(seed)
         if len(self.shape) == 1 and self.imperfections.crosstalk:
             raise TransducerError(
                 f"crosstalk = {self.imperfections.crosstalk} goes to neighbours on a grid, but readings of shape "
@@ -150,7 +178,7 @@ class Transducer:
         offsets = how.offset_spread * drawn.standard_normal(self.shape)
         dead = drawn.random(self.shape) < how.dead
         for taxel in how.dead_taxels:
-            if len(taxel) != len(self.shape) or not all(0 <= k < n for k, n in zip(taxel, self.shape, strict=True)):
+            if len(taxel) != len(self.shape) or not all(k < n for k, n in zip(taxel, self.shape, strict=True)):
                 raise TransducerError(
                     f"dead taxel {taxel} is outside the array of {self.shape}; expected (layer, row, column), or "
                     "(taxel,) for free taxels."
@@ -160,14 +188,12 @@ class Transducer:
         return np.maximum(gains, 0.0), offsets, dead
 
     def _checked(self, readings: npt.ArrayLike) -> Array:
-        stress = np.asarray(readings, dtype=float)
+        stress = finite_readings(readings)
         if stress.shape not in (self.shape, stress.shape[:1] + self.shape):
             raise TransducerError(
                 f"the readings have shape {stress.shape}, but the transducer was made for {self.shape} or batches of "
                 "it. Make one with shape=pad.reading_shape."
             )
-        if not np.isfinite(stress).all():
-            raise TransducerError("the readings hold NaN or infinite values; expected finite stresses in pascals.")
         known = self._lagged if self._lagged is not None else next(iter(self._delayed), None)
         if known is not None and known.shape != stress.shape:
             raise TransducerError(

@@ -14,8 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array, Mask
-from mjtactile.transducer.array import Element
-from mjtactile.transducer.capacitive import TransducerError
+from mjtactile.errors import TransducerError, shortened
+from mjtactile.transducer.array import Element, checked_shape, finite_readings
+from mjtactile.transducer.capacitive import require_positive
+from mjtactile.units import is_whole
 
 #: A taxel with less than this fraction of the nominal gain is dead [-].
 _DEAD = 0.5
@@ -46,9 +48,9 @@ class Calibration:
             readings: as the array reports them [Pa], shape (..., *offsets.shape).
 
         Raises:
-            TransducerError: the readings have another shape.
+            TransducerError: the readings have another shape or are not finite.
         """
-        given = np.asarray(readings, dtype=float)
+        given = finite_readings(readings)
         if given.shape[-self.offsets.ndim :] != self.offsets.shape:
             raise TransducerError(
                 f"the readings have shape {given.shape}; expected that of the calibration, "
@@ -77,14 +79,14 @@ def calibrate(
         readings: how many are averaged, at rest and under the load.
 
     Raises:
-        TransducerError: pressure or number of readings is not positive, or no taxel responds to the pressure.
+        TransducerError: the pressure is not positive, the number of readings is not a positive whole number, the array
+            reports something else than finite readings of its shape, or no taxel responds to the pressure.
     """
+    shape = checked_shape(shape)
+    require_positive("pressure", pressure, "a positive pressure in pascals, such as 1e3")
+    if not (is_whole(readings) and readings > 0):
+        raise TransducerError(f"readings = {shortened(readings)}; expected a positive whole number, such as 100.")
     nominal = float(element.signal(float(pressure)))
-    if not (nominal > 0.0 and readings > 0):
-        raise TransducerError(
-            f"pressure = {pressure} Pa, readings = {readings}; expected a positive pressure and a positive number of "
-            "readings, such as 1e3 Pa and 100."
-        )
     rest = _mean_signal(array, element, np.zeros(shape), readings)
     loaded = _mean_signal(array, element, np.full(shape, float(pressure)), readings)
     gains = (loaded - rest) / nominal
@@ -95,4 +97,7 @@ def calibrate(
 
 
 def _mean_signal(array: Callable[[Array], Array], element: Element, stress: Array, readings: int) -> Array:
-    return np.mean([element.signal(array(stress)) for _ in range(readings)], axis=0)
+    reports = [finite_readings(array(stress)) for _ in range(readings)]
+    if any(report.shape != stress.shape for report in reports):
+        raise TransducerError(f"the array reports shape {reports[0].shape}; expected {stress.shape}. Give its shape=.")
+    return np.mean([element.signal(report) for report in reports], axis=0)

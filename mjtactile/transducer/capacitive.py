@@ -14,14 +14,14 @@ neglected.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array
-from mjtactile.errors import MjTactileError
+from mjtactile.errors import TransducerError, shortened
+from mjtactile.units import finite_number
 
 #: Permittivity of vacuum [F/m], CODATA 2018; air's is 0.06 % more.
 VACUUM_PERMITTIVITY = 8.8541878128e-12
@@ -31,8 +31,14 @@ BENDING_MEAN, SHEAR_MEAN = 3.891e-4, 0.03514
 SHEAR_CORRECTION = 5.0 / 6.0
 
 
-class TransducerError(MjTactileError, ValueError):
-    """A transducer with invalid values, or readings that do not suit it."""
+def require_positive(name: str, value: object, expected: str = "a positive number in SI units") -> None:
+    """Check a value of a sensing element.
+
+    Raises:
+        TransducerError: it is not a positive, finite number.
+    """
+    if not finite_number(value) > 0.0:
+        raise TransducerError(f"{name} = {shortened(value)}; expected {expected}.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,11 +65,11 @@ class CapacitiveCell:
     def __post_init__(self) -> None:
         """Refuse values outside their ranges."""
         for name in ("side", "gap", "cover", "young", "conversion", "full_signal"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise TransducerError(f"CapacitiveCell {name} = {value}; expected a positive number in SI units.")
-        if not 0.0 <= self.poisson <= 0.5:
-            raise TransducerError(f"CapacitiveCell poisson = {self.poisson}; expected 0 to 0.5, for silicone 0.49.")
+            require_positive(f"CapacitiveCell {name}", getattr(self, name))
+        if not 0.0 <= finite_number(self.poisson) <= 0.5:
+            raise TransducerError(
+                f"CapacitiveCell poisson = {shortened(self.poisson)}; expected 0 to 0.5, for silicone 0.49."
+            )
 
     @classmethod
     def with_range(cls, full_scale: float) -> CapacitiveCell:
@@ -75,8 +81,7 @@ class CapacitiveCell:
         Raises:
             TransducerError: the stress is not positive.
         """
-        if not (math.isfinite(full_scale) and full_scale > 0.0):
-            raise TransducerError(f"full scale {full_scale} Pa; expected a positive stress, for example 100e3.")
+        require_positive("full_scale", full_scale, "a positive stress in pascals, for example 100e3")
         paper = cls()
         return replace(paper, young=paper.young * full_scale / paper.full_scale)
 

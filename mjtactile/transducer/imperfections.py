@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.transducer.capacitive import TransducerError
+from mjtactile.errors import TransducerError, shortened
+from mjtactile.units import finite_number, is_whole
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,16 +43,23 @@ class Imperfections:
             ("hysteresis", math.inf),
         ):
             value = getattr(self, name)
-            if not (math.isfinite(value) and 0.0 <= value <= most):
-                raise TransducerError(
-                    f"{name} = {value}; expected a share from 0 to {most:g}: 1 % is 0.01."
-                    if math.isfinite(most)
-                    else f"{name} = {value}; expected a share of at least 0: 1 % is 0.01."
-                )
-        if not (isinstance(self.delay, int) and self.delay >= 0):
-            raise TransducerError(f"delay = {self.delay!r}; expected a whole number of calls, 0 for none.")
-        if self.adc_bits is not None and not (isinstance(self.adc_bits, int) and 1 <= self.adc_bits <= 32):
-            raise TransducerError(f"adc_bits = {self.adc_bits!r}; expected 1 to 32, or None for signals not rounded.")
+            if not 0.0 <= finite_number(value) <= most:
+                limits = f"from 0 to {most:g}" if math.isfinite(most) else "of at least 0"
+                raise TransducerError(f"{name} = {shortened(value)}; expected a share {limits}: 1 % is 0.01.")
+        dead = self.dead_taxels
+        if not isinstance(dead, list | tuple) or not all(
+            isinstance(taxel, list | tuple) and all(is_whole(k) and k >= 0 for k in taxel) for taxel in dead
+        ):
+            raise TransducerError(
+                f"dead_taxels = {shortened(dead)}; expected the whole numbers (layer, row, column) of each, such as "
+                "((0, 6, 5),), or (taxel,) of free taxels."
+            )
+        if not (is_whole(self.delay) and self.delay >= 0):
+            raise TransducerError(f"delay = {shortened(self.delay)}; expected a whole number of calls, 0 for none.")
+        if self.adc_bits is not None and not (is_whole(self.adc_bits) and 1 <= self.adc_bits <= 32):
+            raise TransducerError(
+                f"adc_bits = {shortened(self.adc_bits)}; expected 1 to 32, or None for signals not rounded."
+            )
 
 
 #: Imperfections assumed for a good array of today: a starting point, not a measurement.

@@ -11,14 +11,14 @@ beyond it. Source of the layout: Aoyagi 2008, section 2 (linear in z from 0 to 2
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array
-from mjtactile.transducer.capacitive import TransducerError
+from mjtactile.errors import TransducerError
+from mjtactile.transducer.capacitive import require_positive
 from mjtactile.units import GRAM_FORCE
 
 #: Components of `InfluenceMatrices.stress` that act on a horizontal face: zx, yz, zz.
@@ -44,11 +44,17 @@ class PiezoresistiveElement:
     def __post_init__(self) -> None:
         """Refuse values outside their ranges."""
         for name in ("full_force", "area", "normal_sensitivity", "shear_sensitivity", "full_signal"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise TransducerError(
-                    f"PiezoresistiveElement {name} = {value}; expected a positive number in SI units."
-                )
+            require_positive(f"PiezoresistiveElement {name}", getattr(self, name))
+
+    @classmethod
+    def with_range(cls, full_scale: float) -> PiezoresistiveElement:
+        """The default element with such a full force that it saturates at a given stress [Pa].
+
+        Raises:
+            TransducerError: the stress is not positive.
+        """
+        require_positive("full_scale", full_scale, "a positive stress in pascals, for example 100e3")
+        return cls(full_force=full_scale * cls.area)
 
     @property
     def full_scale(self) -> float:

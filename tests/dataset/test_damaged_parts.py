@@ -16,10 +16,10 @@ from filelock import FileLock
 
 from mjtactile.dataset import files as dataset_module
 from mjtactile.dataset import files as dataset_parts
-from mjtactile.dataset.files import DamagedPartError, DatasetWarning, make_dataset, read_dataset
+from mjtactile.dataset.files import make_dataset, read_dataset
 from mjtactile.dataset.seal import is_whole, sealed
 from mjtactile.dataset.spec import parse_spec
-from mjtactile.errors import DatasetError, OutputError
+from mjtactile.errors import DamagedPartError, DatasetError, DatasetWarning, OutputError
 
 PUNCHES = {"shapes": ["star", "triangle"], "shift": 1.5}
 SPEC = parse_spec(

@@ -9,7 +9,9 @@ import pytest
 
 from mjtactile import Footprint, Pad, contact_load, influence_matrices
 from mjtactile.dataset import files as dataset_module
+from mjtactile.dataset.by_law import physics_readings
 from mjtactile.dataset.files import make_dataset, read_dataset
+from mjtactile.dataset.sampling import outline_presses
 from mjtactile.dataset.shapes import placed, sized_face
 from mjtactile.dataset.spec import parse_spec
 from mjtactile.errors import DatasetError
@@ -98,8 +100,25 @@ def test_noise_is_what_was_asked_for_and_comes_from_the_presses_seed(tmp_path):
 
 def test_a_transducer_reports_in_its_own_counts(tmp_path):
     transducer = {"name": "piezoresistive", "full_scale": 1e5, "imperfections": {"adc_bits": 6}}
-    make_dataset(replace(SPEC, presses=4, transducer=transducer), tmp_path, progress=False)
-    assert len(np.unique(read_dataset(tmp_path).readings)) < 64
+    make_dataset(replace(SPEC, presses=4, transducer=transducer), str(tmp_path), progress=False)
+    assert len(np.unique(read_dataset(str(tmp_path)).readings)) < 64
+
+
+@pytest.mark.parametrize("transducer", [None, {"name": "piezoresistive"}])
+def test_presses_that_do_not_settle_are_left_out_whatever_reports_them(monkeypatch, transducer):
+    spec = replace(SPEC, transducer=transducer, noise=(0.01, 0.01))
+    presses = outline_presses(spec, 0)
+    whole = dataset_module.press_columns(spec, presses)
+
+    def but_one(influence, presses):
+        readings, forces, points = physics_readings(influence, presses)
+        readings[1] = np.nan
+        return readings, forces, points
+
+    monkeypatch.setattr("mjtactile.dataset.by_law.physics_readings", but_one)
+    settled = dataset_module.press_columns(spec, presses)
+    assert settled["press"].tolist() == [0, 2, 3]
+    np.testing.assert_array_equal(settled["readings"], whole["readings"][[0, 2, 3]])
 
 
 def test_a_transducer_that_does_not_exist_is_refused(tmp_path):

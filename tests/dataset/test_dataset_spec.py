@@ -5,7 +5,7 @@ import math
 import pytest
 
 from mjtactile.dataset.spec import load_spec, parse_spec, spec_from
-from mjtactile.errors import DatasetError, IndenterError
+from mjtactile.errors import DatasetError, IndenterError, TransducerError
 from mjtactile.units import GRAM_FORCE
 
 CONTACT = {"shapes": ["star", "sphere"], "size": [0.7, 1.3], "shift": 2.5, "force": 100, "tilt": [0, 30]}
@@ -39,6 +39,17 @@ def test_values_are_read_in_millimetres_gram_force_and_degrees():
 def test_what_cannot_be_is_refused_by_name(values, said):
     with pytest.raises(DatasetError, match=said):
         parse_spec(values)
+
+
+@pytest.mark.parametrize("dead", [[5], [[0, 0, 0.5]], 5])
+def test_dead_taxels_that_cannot_be_are_refused_as_the_file_is_read(tmp_path, dead):
+    path = tmp_path / "spec.toml"
+    path.write_text(
+        f'transducer = {{ name = "capacitive", imperfections = {{ dead_taxels = {dead} }} }}\n'
+        '[[contact]]\nshapes = ["star"]\n'
+    )
+    with pytest.raises(TransducerError, match=r"dead_taxels = .*layer, row, column"):
+        load_spec(str(path))
 
 
 def test_an_unknown_shape_is_refused_with_those_there_are():

@@ -26,7 +26,7 @@ from mjtactile.dataset.spec import ContactSpec, DatasetSpec, load_spec, pad_from
 from mjtactile.envs.press_identify import PressIdentify
 from mjtactile.envs.simulation import SingleSimulation
 from mjtactile.envs.single import TactileEnv
-from mjtactile.errors import DatasetError, MjTactileError
+from mjtactile.errors import DatasetError, MjTactileError, RecognitionError, TransducerError
 from mjtactile.fidelity import Fidelity
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.cache import influence_matrices
@@ -35,9 +35,7 @@ from mjtactile.pad import Pad
 from mjtactile.pad_names import pad_from_file, pad_from_text
 from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.recognition.training.presses import fit_view
-from mjtactile.recognition.weight_files import RecognitionError
 from mjtactile.sim.wrench import geom_frame
-from mjtactile.transducer.capacitive import TransducerError
 from mjtactile.view.viewer import Viewer
 
 _FIDELITY = "fast"

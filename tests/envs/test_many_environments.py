@@ -9,6 +9,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 from mjtactile.envs import ENTRY_POINTS, EnvError, TactileEnv, make_vec
 from mjtactile.envs.grasp_lift import GraspLift
+from mjtactile.envs.many import TactileVectorEnv
 from mjtactile.errors import RenderError
 from mjtactile.sim.render import working_backend
 
@@ -221,3 +222,18 @@ def test_wrong_requests_are_refused():
     for batched in (True, False):
         with pytest.raises(EnvError, match="rgb_array"):
             make_vec("mjtactile/GraspLift-v0", 2, batched=batched, render_mode="ascii")
+
+
+def test_seeds_are_whole_numbers_of_python_or_numpy():
+    pytest.importorskip("mujoco.batch")
+    many = TactileVectorEnv(GraspLift, 2)
+    for wrong in ("12", 1.5, [1, 1.5], np.ones(2), -1):
+        with pytest.raises(EnvError, match=r"seed = .*expected a whole number"):
+            many.reset(seed=wrong)  # type: ignore[arg-type]
+    with pytest.raises(EnvError, match="3 seeds"):
+        many.reset(seed=[1, 2, 3])
+    given: list[Any] = [4, np.int64(4), [4, 5], np.array([4, 5])]
+    seen = [many.reset(seed=seeds)[0] for seeds in given]
+    for other in seen[1:]:
+        for name, values in seen[0].items():
+            np.testing.assert_array_equal(other[name], values)

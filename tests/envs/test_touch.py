@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mjtactile.envs import TactileEnv
+from mjtactile.envs import EnvError, TactileEnv, TouchOptions
 from mjtactile.envs.press_identify import FORCE, PressIdentify
 from mjtactile.envs.touch import READING_SCALE, moments
 
@@ -93,3 +93,9 @@ def test_moments_say_how_much_where_how_wide_and_how_lopsided():
     readings[0, 10] *= 3.0
     assert moments(readings)[0, 3] < -0.01
     assert (moments(np.zeros((2, 4, 13, 13), np.float32)) == 0.0).all()
+
+
+@pytest.mark.parametrize("pad", [__file__, "no such pad", 3])
+def test_a_pad_that_is_none_is_an_error_of_the_environments(pad):
+    with pytest.raises(EnvError, match="pad"):
+        TouchOptions(pad=pad)

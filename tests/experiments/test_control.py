@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mjtactile.experiments.control import ControlError, ForceServo, ShapeBelief
+from mjtactile.errors import ControlError
+from mjtactile.experiments.control import ForceServo, ShapeBelief
 
 COMMANDED = np.array([0.2, -0.1, -0.8])
 

@@ -251,6 +251,12 @@ def test_mesh_indenter_reads_files_scales_and_lowers(tmp_path):
         (lambda: indenter_outline("star", shift=3), r"shift = 3; expected two lengths"),  # type: ignore[arg-type]
         (lambda: indenter_outline("hexagon"), r"'hexagon' does not exist. Available: circle, doughnut"),
         (lambda: indenter_outline("star", scale=0.0), "scale = 0.0"),
+        (lambda: indenter_outline("star", rotate_deg=None), "rotate_deg = None"),  # type: ignore[arg-type]
+        (lambda: indenter_solid("star", height="1"), "height = '1'"),  # type: ignore[arg-type]
+        (lambda: punch([]), r"indenter \[\] does not exist"),  # type: ignore[arg-type]
+        (lambda: sphere("x"), "radius = 'x'"),  # type: ignore[arg-type]
+        (lambda: box([1e-3, 1e-3]), r"size = .*expected three lengths"),  # type: ignore[arg-type]
+        (lambda: box(1e-3), r"size = 0.001; expected three lengths"),  # type: ignore[arg-type]
         (lambda: indenter_outline("star", shift=(math.nan, 0.0)), "finite"),
         (lambda: indenter_solid("star", height=-1.0), "height = -1.0"),
         (lambda: sphere(-1.0), "radius = -1.0"),

@@ -6,6 +6,7 @@ import math
 from dataclasses import FrozenInstanceError, replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from mjtactile.errors import MeshError, PresetError
@@ -62,6 +63,8 @@ def test_unknown_preset_lists_those_that_exist():
         ({"law": "hertz"}, r"contact law 'hertz' does not exist. Available: uniform, foundation, elastic"),
         ({"cells": 0}, r"cells = 0; expected a whole number"),
         ({"cells": 10.5}, r"cells = 10.5"),
+        ({"cells": True}, r"cells = True"),
+        ({"precision": None}, "precision None does not exist"),
     ],
 )
 def test_choices_that_do_not_exist_are_refused(choice: dict[str, Any], message):
@@ -69,9 +72,28 @@ def test_choices_that_do_not_exist_are_refused(choice: dict[str, Any], message):
         Fidelity(**choice)
 
 
-def test_unknown_mesh_of_a_preset_is_refused_as_everywhere():
+@pytest.mark.parametrize("wrong", ["coarse", [], None, 3])
+def test_unknown_names_are_refused_as_everywhere(wrong):
     with pytest.raises(MeshError, match="Available: draft, default, even, fine"):
-        Fidelity(mesh="coarse")
+        Fidelity(mesh=wrong)
+    with pytest.raises(PresetError, match="Available: fast, balanced, precise, accurate"):
+        as_fidelity(wrong)
+
+
+def test_numbers_of_numpy_are_as_good_as_pythons():
+    given = Fidelity(mesh=replace(MESHES["draft"], most_elements=np.int64(400)), cells=np.int64(60))  # type: ignore[arg-type]
+    same = Fidelity(mesh=replace(MESHES["draft"], most_elements=400), cells=60)
+    assert given == same
+    assert fidelity_text(given) == fidelity_text(same)
+    assert replace(MESHES["draft"], rim_grading=np.float32(0.5)) == replace(MESHES["draft"], rim_grading=0.5)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"rim_grading": True}, {"rim_grading": "1"}, {"most_elements": 20.5}, {"points_per_axis": (True,)}]
+)
+def test_a_mesh_is_of_numbers(wrong):
+    with pytest.raises(MeshError, match=f"{next(iter(wrong))} = .*expected"):
+        replace(MESHES["draft"], **wrong)
 
 
 def test_every_precision_and_law_can_be_chosen():

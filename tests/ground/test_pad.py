@@ -12,7 +12,7 @@ import pytest
 
 import mjtactile
 from mjtactile.errors import MjTactileError, PadError
-from mjtactile.pad import Layer, Pad, TaxelGrid
+from mjtactile.pad import Layer, Pad, TaxelGrid, force_vector
 
 PDMS = Layer(thickness=5e-3, young=3e6, poisson=0.49)
 NAN, INFINITE = math.nan, math.inf
@@ -181,3 +181,17 @@ def test_summary_names_size_stack_and_taxels():
 
 def test_the_pad_is_at_the_top_of_the_package():
     assert mjtactile.Pad is Pad
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (("1",), "magnitude = '1'"),
+        ((math.nan,), "magnitude = nan"),
+        ((1, "15"), "tilt_deg = '15'"),
+        ((1, 0, None), "None"),
+    ],
+)
+def test_a_force_is_of_finite_numbers(values, said):
+    with pytest.raises(PadError, match=said):
+        force_vector(*values)

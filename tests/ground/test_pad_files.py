@@ -47,7 +47,7 @@ def test_a_mark_before_the_text_is_none_of_it(tmp_path):
 
 
 def test_a_date_is_no_number(tmp_path):
-    with pytest.raises(PadError, match=r"2026-01-01.*expected a number"):
+    with pytest.raises(PadError, match=r"2026, 1, 1.*expected a number"):
         pad_from_file(in_file(tmp_path, "size = [2026-01-01, 15e-3]"))
 
 
@@ -95,8 +95,8 @@ def test_a_surface_may_be_a_mesh_beside_it(tmp_path):
     ("text", "says"),
     [
         ("size = ", "cannot read .* as a pad's TOML file"),
-        ("colour = 3", 'no value "colour"'),
-        ("taxels = {lines = 3}", 'taxels has no value "lines"'),
+        ("colour = 3", "no value 'colour'"),
+        ("taxels = {lines = 3}", "taxels has no value 'lines'"),
         ('size = "12 mm"', "expected a list of numbers in metres"),
         ("size = [12, 12]", "lengths in metres"),
         ('surface = {kind = "cone"}', "one of flat, sphere, cylinder, ellipsoid, patch"),

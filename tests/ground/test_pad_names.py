@@ -6,7 +6,7 @@ import pytest
 
 from mjtactile.errors import PadError, SceneError
 from mjtactile.pad import Layer, Pad, TaxelGrid
-from mjtactile.pad_names import pad_from_text, pad_text
+from mjtactile.pad_names import pad_from_text, pad_text, register_pad
 
 LAYERED = Pad(
     size=(22e-3, 0.1 + 0.2),
@@ -37,7 +37,7 @@ WRONG = {
     "{}": 'lacks "depths"',
     "[]": "expected an object",
     pad_text(Pad())[:-1] + ',"size":[0.01,0.01]}': "twice",
-    changed(colour="red"): 'no value "colour"',
+    changed(colour="red"): "no value 'colour'",
     changed(size=15e-3): "expected a list of numbers",
     changed(size=[15e-3]): "expected two numbers",
     changed(size=["15e-3", 15e-3]): "expected a number",
@@ -73,3 +73,11 @@ def test_where_pads_are_named_a_text_names_one_as_well():
         known_pad("{}")
     with pytest.raises(SceneError, match="does not exist"):
         known_pad("x" * 5000)
+    with pytest.raises(SceneError, match=r'"pad".*not a whole influence table.*TOML'):
+        known_pad(__file__)
+
+
+@pytest.mark.parametrize("name", [5, None, "", "a.b", "{a"])
+def test_what_is_no_name_of_a_pad_is_refused(name):
+    with pytest.raises(SceneError, match="cannot be the name of a pad"):
+        register_pad(name, Pad())

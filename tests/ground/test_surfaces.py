@@ -140,6 +140,7 @@ def test_pads_come_back_from_text_and_description(surface):
         ('{"kind": "sphere", "radius": 0.01, "colour": 1}', "needs radius, and colour, radius was given"),
         ('{"kind": "torus"}', "one of flat, sphere"),
         ('{"kind": "sphere", "radius": "wide"}', "positive length"),
+        ('{"kind": []}', "expected an object whose .kind. is one of"),
         ("3", "expected an object whose .kind. is one of"),
     ],
 )
@@ -206,6 +207,8 @@ def test_patches_that_are_no_splines_are_refused():
         replace(patch, degree=2)
     with pytest.raises(PadError, match="ascending"):
         replace(patch, knots_x=patch.knots_x[::-1])
+    with pytest.raises(PadError, match="1 and 1 knots has coefficients of shape"):
+        SurfacePatch(5, 5, 5)  # type: ignore[arg-type]
 
 
 def rounded_block(surface: Surface, lines: int = 81, half: float = 6e-3):

@@ -88,6 +88,11 @@ def test_files_without_taxels_say_why(tmp_path, name, text, said):
         Pad(taxels=tmp_path / name)
 
 
+def test_a_coordinate_of_thousands_of_digits_is_refused():
+    with pytest.raises(PadError, match="a very large number have points that are no numbers"):
+        FreeTaxels([[10**5000, 0, 0]])  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("point", [[0.0, 0.0, 1e-4], [0.0, 0.0, -5.1e-3], [7.6e-3, 0.0, -1e-3], [0.0, -8e-3, -1e-3]])
 def test_a_point_outside_a_flat_pad_is_named(point):
     with pytest.raises(PadError, match=f"taxel 1 at .*{point[2]}.* lies outside the pad"):

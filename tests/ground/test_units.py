@@ -1,9 +1,12 @@
+import math
+
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from mjtactile.errors import UnitError
-from mjtactile.units import parse_force, parse_millimetres
+from mjtactile.units import finite_number, is_whole, parse_force, parse_millimetres
 
 
 @pytest.mark.parametrize(
@@ -14,7 +17,7 @@ def test_forces_with_units(text, newtons):
     assert parse_force(text) == pytest.approx(newtons, rel=1e-15)
 
 
-@pytest.mark.parametrize("text", ["", "gf", "5", "5kg", "1.2.3gf", "five gf", "5 gf N"])
+@pytest.mark.parametrize("text", ["", "gf", "5", "5kg", "1.2.3gf", "five gf", "5 gf N", "1MN"])
 def test_a_force_without_number_or_unit_shows_how_to_write_it(text):
     with pytest.raises(UnitError, match="100gf"):
         parse_force(text)
@@ -35,3 +38,16 @@ def test_millimetres_become_metres(x, y):
 def test_anything_but_two_numbers_is_refused(text):
     with pytest.raises(UnitError, match="shift"):
         parse_millimetres("shift", text)
+
+
+@pytest.mark.parametrize("value", [1, 1.0, np.int8(1), np.float32(1), np.array(1.0)])
+def test_numbers_are_those_of_python_and_numpy(value):
+    assert finite_number(value) == 1.0
+    assert type(finite_number(value)) is float
+    assert is_whole(value) == isinstance(value, int | np.integer)
+
+
+@pytest.mark.parametrize("value", [True, np.bool_(True), "1", b"1", None, 1j, [], np.ones(2), math.inf, 10**400])
+def test_everything_else_is_no_finite_number(value):
+    assert math.isnan(finite_number(value))
+    assert is_whole(value) == (value == 10**400 if isinstance(value, int) else False)

@@ -66,7 +66,7 @@ def test_the_command_writes_either_format(tmp_path: Path):
 def test_an_environment_is_recorded_as_it_was_seen(tmp_path: Path):
     env = TactileEnv("mjtactile/GraspLift-v0", observation="readings", noise=0.05)
     env.action_space.seed(0)
-    recorder = LeRobotRecorder(env, tmp_path / "set")
+    recorder = LeRobotRecorder(env, str(tmp_path / "set"))
     seen, acted, rewards = [], [], []
     for episode in range(2):
         observation, _ = recorder.reset(seed=episode)

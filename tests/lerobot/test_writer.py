@@ -122,7 +122,7 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path):
         Feature(dtype="float64")
     with pytest.raises(DatasetError, match="axes"):
         Feature(shape=(1,) * 6)
-    with LeRobotWriter(tmp_path / "set", fps=1, features={"action": Feature()}) as writer:
+    with LeRobotWriter(str(tmp_path / "set"), fps=1, features={"action": Feature()}) as writer:
         with pytest.raises(DatasetError, match="columns"):
             writer.add_episode({"force": np.zeros(3)}, "push")
         writer.add_episode({"action": np.zeros(1)}, "push")

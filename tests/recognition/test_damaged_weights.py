@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from mjtactile import recognition
+from mjtactile.errors import RecognitionError
 from mjtactile.pad import Pad
 from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.registry import REGISTRY
 from mjtactile.recognition.training.examples import EXAMPLES, read_examples
-from mjtactile.recognition.weight_files import SHIPPED, RecognitionError, read_weights, write_weights
+from mjtactile.recognition.weight_files import SHIPPED, read_weights, write_weights
 
 FLIPS, CUTS = 300, 50
 

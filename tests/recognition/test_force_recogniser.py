@@ -123,6 +123,10 @@ def test_another_pad_is_refused_and_named():
 def test_what_does_not_exist_is_refused():
     with pytest.raises(RecognitionError, match=r"'taste'.*'force'"):
         recognition.load("taste")  # type: ignore[call-overload]
+    with pytest.raises(RecognitionError, match=r"pad is of type str; expected a mjtactile\.Pad"):
+        recognition.load("force", pad="default")  # type: ignore[call-overload]
+    with pytest.raises(RecognitionError, match=r"'bottom'.*'top'"):
+        recognition.modules(layers="bottom")
     with pytest.raises(RecognitionError, match=r"'bottom'.*'top'"):
         recognition.load("force", layers="bottom")
 

@@ -327,6 +327,8 @@ def test_what_the_model_cannot_do_is_said(layered, draft):
         ({"layers": ()}, InfluenceError, r"layers = \(\); expected some of \(0, 1, 2\)"),
         ({"layers": (0, 3)}, InfluenceError, "each once, counted from the top"),
         ({"layers": (1, 1)}, InfluenceError, "each once"),
+        ({"layers": [0.0]}, InfluenceError, r"layers = \[0\.0\]; expected"),
+        ({"layers": 1}, InfluenceError, "layers = 1; expected"),
         ({"dtype": torch.float16}, InfluenceError, r"float16 is not supported.*torch\.float32 or torch\.float64"),
         ({"fidelity": "fast"}, PresetError, "which have their own"),
     ],
@@ -343,8 +345,16 @@ def test_a_model_made_half_is_refused_where_its_stresses_would_overflow(layered)
 
 
 def test_a_pad_that_nobody_knows_is_refused():
-    with pytest.raises(SceneError, match="register_pad"):
-        PadModel("no such pad")
+    for name in ("no such pad", Path("no such pad")):
+        with pytest.raises(SceneError, match="register_pad"):
+            PadModel(name)
+    with pytest.raises(InfluenceError, match="not a whole influence table"):
+        PadModel(__file__)
+
+
+def test_a_pads_file_serves_as_well(tmp_path):
+    (tmp_path / "pad.toml").write_text("depths = [1e-3]")
+    assert PadModel(tmp_path / "pad.toml", fidelity="fast").pad == Pad(depths=(1e-3,))
 
 
 def test_the_page_finds_what_it_says_it_finds():

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mjtactile.errors import TransducerError
 from mjtactile.transducer.array import Transducer
 from mjtactile.transducer.calibration import calibrate
-from mjtactile.transducer.capacitive import CapacitiveCell, TransducerError
+from mjtactile.transducer.capacitive import CapacitiveCell
 from mjtactile.transducer.imperfections import Imperfections
 from mjtactile.transducer.piezoresistive import PiezoresistiveElement
 
@@ -66,8 +67,16 @@ def test_what_cannot_be_measured_is_refused():
     array = Transducer(element, shape=SHAPE)
     with pytest.raises(TransducerError, match="positive pressure"):
         calibrate(array, element, shape=SHAPE, pressure=0.0)
+    with pytest.raises(TransducerError, match=r"readings = 2.5; expected a positive whole number"):
+        calibrate(array, element, shape=SHAPE, pressure=FULL / 2, readings=2.5)  # type: ignore[arg-type]
+    with pytest.raises(TransducerError, match="NaN"):
+        calibrate(lambda stress: stress * np.nan, element, shape=SHAPE, pressure=FULL / 2)
+    with pytest.raises(TransducerError, match=r"reports shape \(1,\)"):
+        calibrate(lambda stress: stress.ravel()[:1], element, shape=SHAPE, pressure=FULL / 2)
     with pytest.raises(TransducerError, match="no taxel reports"):
         calibrate(np.zeros_like, element, shape=SHAPE, pressure=FULL / 2)
     calibration = calibrate(array, element, shape=SHAPE, pressure=FULL / 2)
     with pytest.raises(TransducerError, match=r"\(4, 13, 13\)"):
         calibration(np.zeros((4, 13, 13)))
+    with pytest.raises(TransducerError, match="NaN"):
+        calibration(np.full(SHAPE, np.nan))

@@ -97,6 +97,11 @@ def test_the_calibration_is_the_inverse_and_both_rise(element):
     assert element.signal(np.array(full)) == pytest.approx(element.full_signal)
 
 
+@pytest.mark.parametrize("kind", [CapacitiveCell, PiezoresistiveElement])
+def test_an_element_with_a_range_saturates_at_its_end(kind):
+    assert kind.with_range(50e3).full_scale == pytest.approx(50e3, rel=1e-12)  # rounding
+
+
 def test_a_cell_with_a_range_saturates_at_its_end():
     assert CapacitiveCell.with_range(100e3).full_scale == pytest.approx(100e3)
     assert 2e3 < CapacitiveCell().full_scale < 3e3
@@ -277,13 +282,24 @@ def test_dead_taxels_may_be_lists_as_files_have_them(shape, taxel):
     ("make", "says"),
     [
         (lambda: CapacitiveCell(gap=0.0), "gap"),
+        (lambda: CapacitiveCell(gap="3e-6"), "gap = '3e-6'"),  # type: ignore[arg-type]
         (lambda: CapacitiveCell(poisson=0.6), "silicone"),
-        (lambda: CapacitiveCell.with_range(-1.0), "full scale"),
+        (lambda: CapacitiveCell(poisson=None), "silicone"),  # type: ignore[arg-type]
+        (lambda: PiezoresistiveElement.with_range("1e5"), "full_scale = '1e5'"),  # type: ignore[arg-type]
+        (lambda: CapacitiveCell.with_range(-1.0), "full_scale = -1.0"),
         (lambda: PiezoresistiveElement(area=np.nan), "area"),
         (lambda: Imperfections(noise=-0.1), "noise"),
         (lambda: Imperfections(crosstalk=0.3), "crosstalk"),
         (lambda: Imperfections(delay=-1), "delay"),
         (lambda: Imperfections(adc_bits=0), "adc_bits"),
+        (lambda: Imperfections(noise="0.1"), "noise = '0.1'"),  # type: ignore[arg-type]
+        (lambda: Imperfections(dead_taxels=(5,)), r"dead_taxels = \(5,\); expected"),  # type: ignore[arg-type]
+        (lambda: Imperfections(dead_taxels=((0, 0, 0.5),)), "dead_taxels = .*expected"),  # type: ignore[arg-type]
+        (lambda: Imperfections(dead_taxels=((0, 0, -1),)), "dead_taxels = .*expected"),
+        (lambda: Transducer(seed=-1), "seed = -1"),
+        (lambda: Transducer(seed="1"), "seed = '1'"),  # type: ignore[arg-type]
+        (lambda: Transducer(shape="676"), "layers, rows, columns"),  # type: ignore[arg-type]
+        (lambda: Transducer()("soft"), "readings = 'soft'; expected an array"),  # type: ignore[arg-type]
         (lambda: Transducer(shape=(4, 13)), "layers, rows, columns"),  # type: ignore[arg-type]
         (lambda: Transducer(imperfections=Imperfections(dead_taxels=((4, 0, 0),))), "dead taxel"),
         (lambda: Transducer(shape=(5,))(np.zeros((5, 1))), "shape="),

@@ -15,15 +15,11 @@ from typing import Any
 from mjtactile._files import read_text, write_atomically
 from mjtactile._installed import __version__
 from mjtactile._progress import progress_bar
-from mjtactile.errors import MjTactileError
+from mjtactile.errors import TrialsError
 from mjtactile.fidelity import DEFAULT
 from mjtactile.workers import Workers, distributed
 
 Result = dict[str, Any]
-
-
-class TrialsError(MjTactileError, ValueError):
-    """Invalid settings of trials, or a file with results of other trials."""
 
 
 @dataclass(frozen=True, kw_only=True)

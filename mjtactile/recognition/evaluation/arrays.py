@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,15 +19,7 @@ FULL_SCALE = 100e3
 _DRAWN = 20
 #: Number of readings in averages, 80 ms at 200 Hz.
 SEVERAL = 16
-
-
-def _capacitive() -> Element:
-    return CapacitiveCell.with_range(FULL_SCALE)
-
-
-def _piezoresistive() -> Element:
-    element = PiezoresistiveElement()
-    return PiezoresistiveElement(full_force=FULL_SCALE * element.area)
+_CAPACITIVE, _PIEZORESISTIVE = CapacitiveCell.with_range(FULL_SCALE), PiezoresistiveElement.with_range(FULL_SCALE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +33,7 @@ class TransducerArray:
         calibrated: whether gains and offsets are calibrated first.
     """
 
-    element: Element = field(default_factory=_capacitive)
+    element: Element = _CAPACITIVE
     imperfections: Imperfections
     readings: int = 1
     calibrated: bool = False
@@ -71,13 +63,13 @@ class TransducerArray:
 #: Arrays by their names in the tables.
 ARRAYS = {
     "capacitive, 12 bits": TransducerArray(imperfections=Imperfections(adc_bits=12)),
-    "piezoresistive, 12 bits": TransducerArray(element=_piezoresistive(), imperfections=Imperfections(adc_bits=12)),
+    "piezoresistive, 12 bits": TransducerArray(element=_PIEZORESISTIVE, imperfections=Imperfections(adc_bits=12)),
     "gains off by 1 %": TransducerArray(imperfections=Imperfections(gain_spread=0.01)),
     "crosstalk of 1 %": TransducerArray(imperfections=Imperfections(crosstalk=0.01)),
     "0.3 % of taxels dead": TransducerArray(imperfections=Imperfections(dead=0.003)),
     "noise of 0.2 % of full scale": TransducerArray(imperfections=Imperfections(noise=0.002)),
     "capacitive, typical": TransducerArray(imperfections=TYPICAL),
-    "piezoresistive, typical": TransducerArray(element=_piezoresistive(), imperfections=TYPICAL),
+    "piezoresistive, typical": TransducerArray(element=_PIEZORESISTIVE, imperfections=TYPICAL),
     "capacitive, typical, calibrated": TransducerArray(imperfections=TYPICAL, calibrated=True),
     f"capacitive, typical, mean of {SEVERAL} readings": TransducerArray(imperfections=TYPICAL, readings=SEVERAL),
     f"capacitive, typical, calibrated, mean of {SEVERAL}": TransducerArray(

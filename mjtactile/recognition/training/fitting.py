@@ -14,9 +14,9 @@ import numpy as np
 import torch
 
 from mjtactile._progress import progress_bar
+from mjtactile.errors import RecognitionError
 from mjtactile.recognition.network import Network
 from mjtactile.recognition.training.looker import Looker
-from mjtactile.recognition.weight_files import RecognitionError
 
 
 @dataclass(frozen=True, kw_only=True)

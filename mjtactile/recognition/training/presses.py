@@ -10,9 +10,9 @@ import numpy as np
 
 from mjtactile.dataset.files import Dataset, read_dataset
 from mjtactile.dataset.spec import pad_from
+from mjtactile.errors import RecognitionError
 from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.symmetry import NEEDED, Mirrors, into_octant, is_symmetric, mirrored
-from mjtactile.recognition.weight_files import RecognitionError
 
 #: Presses whose centre is closer than this to the octant's border, in taxels, are used on both sides of it.
 _BORDER = 0.12

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 from grasp_counting import COUNTING
 
+from mjtactile.errors import TrialsError
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
-from mjtactile.experiments.grasp.trials import TrialsError, TrialSettings, run_trials
+from mjtactile.experiments.grasp.trials import TrialSettings, run_trials
 from mjtactile.workers import Workers
 
 SETTINGS = TrialSettings(seed=3, trials=5)
