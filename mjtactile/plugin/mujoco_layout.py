@@ -33,7 +33,7 @@ _FIELDS = (
                  "hfield_nrow", "hfield_ncol", "hfield_adr", "hfield_size", "hfield_data", "pair_geom1", "pair_geom2",
                  "names", "name_geomadr", "sensor_plugin", "sensor_objtype", "sensor_objid", "sensor_adr",
                  "plugin_stateadr")),
-    ("mjData", ("ncon", "contact", "xpos", "xmat", "geom_xpos", "geom_xmat", "sensordata", "plugin_data",
+    ("mjData", ("ncon", "contact", "xpos", "xmat", "geom_xpos", "geom_xmat", "sensordata",
                 "plugin_state")),
     ("mjContact", ("", "dist", "pos", "frame", "friction", "geom")),
     ("mjvScene", ("ngeom", "maxgeom", "geoms")),

@@ -274,7 +274,6 @@ mjt_cells* mjt_face_cells(size_t rings, const size_t* begins, const double* corn
   static thread_local FaceCells maker;
   auto face = std::make_shared<Face>();
   if (!maker.make(outline_of(rings, begins, corners), count, *face, angle)) return nullptr;
-  face->quadrature = maker.quadrature();
   return new mjt_cells{std::move(face)};
 }
 

@@ -234,7 +234,7 @@ mjt_press* mjt_press_new(const mjt_pad* pad, const char* law, const char* tangen
                          size_t cells, double strength, double narrowest) {
   LawOptions options = law_options(law, tangential, tilting, friction, cells, strength);
   options.narrowest = narrowest;
-  // The facing gap and the tolerance of poses are not used, because footprints have no body geometry.
+  // Footprints have no body geometry: their lowest part is known, so that the facing gap is 0, and no pose is rounded.
   auto* made =
       new mjt_press{pad->pad, options, AnySensor(pad->pad, options, 0.0, 1e-6), {}, {}, {}, {}, {}, {}, {}, {}, {}};
   made->sensor.keep_nodal_forces(true, true);
@@ -328,6 +328,7 @@ size_t mjt_press_parts(mjt_press* press, size_t body, double* nodal_forces) {
   const size_t parts = solved.contact->parts();
   const size_t nodes = 3 * press->pad->surface().nodes_x() * press->pad->surface().nodes_y();
   if (nodal_forces == nullptr) return parts;
+  press->basis_face = nullptr;
   press->basis = *solved.contact;
   press->workspace = *solved.workspace;
   if (!press->basis.make_parts(*solved.face, *options.law, press->workspace)) return 0;

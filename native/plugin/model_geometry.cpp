@@ -7,23 +7,13 @@
 #include <string>
 #include <unordered_map>
 
+#include "geometry/hash.hpp"
+
 namespace mjtactile::mujoco {
 namespace {
 
 // Geoms whose names have this ending press instead of those that collide.
 constexpr char kShown[] = "_tactile";
-
-std::uint64_t hash_of(std::uint64_t hash, const void* bytes, std::size_t count) {
-  const auto* at = static_cast<const unsigned char*>(bytes);
-  for (; count >= 8; count -= 8, at += 8) {
-    std::uint64_t word;
-    std::memcpy(&word, at, 8);
-    hash = (hash ^ word) * 0x9e3779b97f4a7c15u;
-    hash ^= hash >> 29;
-  }
-  for (; count > 0; --count, ++at) hash = (hash ^ *at) * 1099511628211u;
-  return hash;
-}
 
 // A mesh with its flat facets. Pads of this process share it, as long as some body uses it.
 struct SharedMesh {
@@ -37,7 +27,7 @@ std::shared_ptr<const SharedMesh> shared_mesh(std::uint64_t key, double facing_g
   static auto* const known = new std::unordered_map<std::uint64_t, std::weak_ptr<const SharedMesh>>;
   const std::lock_guard<std::mutex> lock(mutex);
   // Which facets are flat depends on the gap, too.
-  auto& place = (*known)[hash_of(key, &facing_gap, sizeof facing_gap)];
+  auto& place = (*known)[mixed(key, &facing_gap, sizeof facing_gap)];
   std::shared_ptr<const SharedMesh> found = place.lock();
   if (found == nullptr) {
     auto made = std::make_shared<SharedMesh>();
@@ -127,6 +117,18 @@ bool ModelGeometry::Geom::operator==(const Geom& other) const {
          std::equal(orientation, orientation + 4, other.orientation);
 }
 
+bool may_collide(const Layout& layout, const Model* model, int one, int other) {
+  const int* contype = field<const int*>(model, layout.model_geom_contype);
+  const int* conaffinity = field<const int*>(model, layout.model_geom_conaffinity);
+  if ((contype[one] & conaffinity[other]) != 0 || (contype[other] & conaffinity[one]) != 0) return true;
+  const int* first = field<const int*>(model, layout.model_pair_geom1);
+  const int* second = field<const int*>(model, layout.model_pair_geom2);
+  for (int i = 0; i < field<int>(model, layout.model_npair); ++i) {
+    if ((first[i] == one && second[i] == other) || (first[i] == other && second[i] == one)) return true;
+  }
+  return false;
+}
+
 bool can_be_seen(const Layout& layout, const Model* model, int geom) {
   const int kind = field<const int*>(model, layout.model_geom_type)[geom];
   const int data = field<const int*>(model, layout.model_geom_dataid)[geom];
@@ -156,11 +158,6 @@ void ModelGeometry::choose(const Model* model, int link, int first, int pad_geom
   const Layout& layout = *layout_;
   const int from = field<const int*>(model, layout.model_body_geomadr)[link];
   const int count = field<const int*>(model, layout.model_body_geomnum)[link];
-  const int* contype = field<const int*>(model, layout.model_geom_contype);
-  const int* conaffinity = field<const int*>(model, layout.model_geom_conaffinity);
-  const int* pair[2] = {field<const int*>(model, layout.model_pair_geom1),
-                        field<const int*>(model, layout.model_pair_geom2)};
-  const int pairs = field<int>(model, layout.model_npair);
   const char* names = field<const char*>(model, layout.model_names);
   const int* name = field<const int*>(model, layout.model_name_geomadr);
   const std::size_t before = geoms_.size();
@@ -173,11 +170,7 @@ void ModelGeometry::choose(const Model* model, int link, int first, int pad_geom
   for (const int geom : shown_) geoms_.push_back(describe(model, geom));
   for (int geom = from; shown_.empty() && geom < from + count; ++geom) {
     if (geom == pad_geom || !can_be_seen(layout, model, geom)) continue;
-    bool collides = (contype[geom] & conaffinity[pad_geom]) != 0 || (contype[pad_geom] & conaffinity[geom]) != 0;
-    for (int i = 0; !collides && i < pairs; ++i) {
-      collides = (pair[0][i] == geom && pair[1][i] == pad_geom) || (pair[1][i] == geom && pair[0][i] == pad_geom);
-    }
-    if (collides) geoms_.push_back(describe(model, geom));
+    if (may_collide(layout, model, geom, pad_geom)) geoms_.push_back(describe(model, geom));
   }
   if (link == first) return;
   const Placed there = between(layout, model, first, link);
@@ -207,7 +200,7 @@ ModelGeometry::Geom ModelGeometry::describe(const Model* model, int geom) const 
     const float* data = field<const float*>(model, layout.model_hfield_data) +
                         field<const int*>(model, layout.model_hfield_adr)[made.data];
     const double* extent = field<const double*>(model, layout.model_hfield_size) + 4 * made.data;
-    made.heights = hash_of(hash_of(1, data, sizeof(float) * static_cast<std::size_t>(rows * columns)), extent,
+    made.heights = mixed(mixed(1, data, sizeof(float) * static_cast<std::size_t>(rows * columns)), extent,
                            4 * sizeof(double));
   }
   return made;
@@ -237,7 +230,7 @@ std::shared_ptr<BodyGeometry> ModelGeometry::make(const Model* model) const {
         const float* data = field<const float*>(model, layout.model_hfield_data) +
                             field<const int*>(model, layout.model_hfield_adr)[geom.data];
         const double* size = field<const double*>(model, layout.model_hfield_size) + 4 * geom.data;
-        mesh = shared_mesh(hash_of(hash_of(geom.heights, &rows, sizeof rows), &columns, sizeof columns),
+        mesh = shared_mesh(mixed(mixed(geom.heights, &rows, sizeof rows), &columns, sizeof columns),
                            limits_.facing_gap, [&] { return make_height_field(rows, columns, size, data); });
         break;
       }
@@ -252,7 +245,7 @@ std::shared_ptr<BodyGeometry> ModelGeometry::make(const Model* model) const {
             field<const int*>(model, layout.model_mesh_face) +
             3 * static_cast<std::ptrdiff_t>(field<const int*>(model, layout.model_mesh_faceadr)[geom.data]);
         const std::uint64_t key =
-            hash_of(hash_of(2, vertex, 3 * sizeof(float) * vertices), face, 3 * sizeof(int) * count);
+            mixed(mixed(2, vertex, 3 * sizeof(float) * vertices), face, 3 * sizeof(int) * count);
         mesh = shared_mesh(key, limits_.facing_gap, [&] { return make_mesh(vertex, vertices, face, count); });
         break;
       }

@@ -55,6 +55,9 @@ class ModelGeometry {
   std::vector<int> shown_;    // geoms of its last link whose names end in "_tactile"
 };
 
+// Whether two geoms may collide, by their bits or as an explicit pair.
+bool may_collide(const Layout& layout, const Model* model, int one, int other);
+
 // Whether a geom has a shape that the pad can use. It has none if it collides without a mesh, such as a signed distance
 // function without one.
 bool can_be_seen(const Layout& layout, const Model* model, int geom);

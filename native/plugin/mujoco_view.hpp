@@ -34,7 +34,7 @@ struct Layout {
       model_hfield_size, model_hfield_data, model_pair_geom1, model_pair_geom2, model_names, model_name_geomadr,
       model_sensor_plugin, model_sensor_objtype, model_sensor_objid, model_sensor_adr, model_plugin_stateadr;
   std::int64_t data_ncon, data_contact, data_xpos, data_xmat, data_geom_xpos, data_geom_xmat, data_sensordata,
-      data_plugin_data, data_plugin_state;
+      data_plugin_state;
   std::int64_t contact_size, contact_dist, contact_pos, contact_frame, contact_friction, contact_geom;
   std::int64_t scene_ngeom, scene_maxgeom, scene_geoms, scene_geom_size;
   std::int64_t data_body_awake;       // -1 if this MuJoCo has no sleeping bodies

@@ -11,7 +11,7 @@ class Notes {
   void add(const mjt_note& note) {
     const std::lock_guard<std::mutex> lock(mutex_);
     waiting_.push_back(note);
-    if (!scheduled_ && python.schedule != nullptr) scheduled_ = python.schedule(python.deliver, nullptr) == 0;
+    if (!scheduled_ && python_runs) scheduled_ = python.schedule(python.deliver, nullptr) == 0;
   }
   bool next(mjt_note& note) {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -40,7 +40,7 @@ Notes& notes() {
 bool next_note(mjt_note& note) { return notes().next(note); }
 
 Context::~Context() {
-  if (python.release != nullptr) python.release(number_);
+  if (python_runs) python.release(number_);
 }
 
 void Context::warn(const Pressed::Note& note) {

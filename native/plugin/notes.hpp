@@ -1,6 +1,7 @@
 // Warnings on their way to Python, each given once.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <mutex>
 #include <set>
@@ -13,6 +14,8 @@ namespace mjtactile::mujoco {
 
 // Python's functions, as it handed them over when it registered the plugin.
 inline mjt_plugin_host python = {};
+// Whether Python still runs. It may end while other threads take steps.
+inline std::atomic<bool> python_runs = false;
 
 // Take the next warning from the queue. False if there is none. It may be called from several threads.
 bool next_note(mjt_note& note);

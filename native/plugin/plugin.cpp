@@ -36,14 +36,12 @@ bool resolve(const Model* model, int instance, int geom, mjt_instance& resolved)
 
 // A geom that may collide with the pad but has no usable shape, or -1.
 int unseen_geom(const Model* model, int pad) {
-  const int* contype = field<const int*>(model, layout.model_geom_contype);
-  const int* conaffinity = field<const int*>(model, layout.model_geom_conaffinity);
   const int* body = field<const int*>(model, layout.model_geom_bodyid);
   for (int k = 0; k < field<int>(model, layout.model_nbody); ++k) {
     const int first = field<const int*>(model, layout.model_body_geomadr)[k];
     for (int geom = first; geom < first + field<const int*>(model, layout.model_body_geomnum)[k]; ++geom) {
-      const bool collides = (contype[geom] & conaffinity[pad]) != 0 || (contype[pad] & conaffinity[geom]) != 0;
-      if (collides && body[geom] != body[pad] && !can_be_seen(layout, model, geom)) return geom;
+      if (body[geom] == body[pad] || can_be_seen(layout, model, geom)) continue;
+      if (may_collide(layout, model, geom, pad)) return geom;
     }
   }
   return -1;
@@ -153,10 +151,7 @@ size_t mjt_plugin_attributes(const char* const** names) {
   return kAttributeCount;
 }
 
-void mjt_plugin_leave(void) {
-  python.release = nullptr;
-  python.schedule = nullptr;
-}
+void mjt_plugin_leave(void) { python_runs = false; }
 
 int mjt_plugin_next_note(mjt_note* note) { return next_note(*note) ? 1 : 0; }
 
@@ -207,6 +202,7 @@ int mjt_plugin_register(const int64_t* offsets, size_t layout_count, const void*
   std::memcpy(&layout, offsets, sizeof layout);
   std::memcpy(&functions, pointers, sizeof functions);
   python = *host;
+  python_runs = true;
   static Plugin plugin = {};
   plugin.name = "mjtactile.pad";
   plugin.nattribute = static_cast<int>(kAttributeCount);

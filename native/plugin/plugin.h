@@ -23,14 +23,15 @@ typedef struct mjt_instance {
 } mjt_instance;
 
 /* A warning, given once for every sensor, body and event. Events: 0 beyond the range of small strains, 1 not carried,
-   2 approximated, 3 refused (see Event). Body -1: a flex. Pressure [Pa], indentation [m]. */
+   2 approximated, 3 refused, 4 the pad was resized (see Event). Body -1: a flex, or for event 4 none. Pressure [Pa],
+   indentation [m]. */
 typedef struct mjt_note {
   int64_t context;
   int event, body;
   double pressure, indentation;
 } mjt_note;
 
-/* Functions of Python. None of them is called during a step. */
+/* Functions of Python. During a step only `schedule` is called, which runs no Python code. */
 typedef struct mjt_plugin_host {
   /* Interpret an instance's attributes. `model` null: only what the output's size depends on. 0 if the attributes are
      wrong; the instance then has the error. */

@@ -192,6 +192,20 @@ def test_two_bodies_feel_each_other(dome):
     assert 1e-4 < abs(loads[0].indentation / alone.indentation - 1) < 0.2
 
 
+@pytest.mark.parametrize("law", ["foundation", "uniform"])
+def test_each_of_two_bodies_has_its_own_contact_region(dome, law):
+    outer = dome.surface.outer
+    places = [(-2.2e-3, 0.0), (2.2e-3, 0.5e-3)]
+    footprints = [Footprint.from_height(resting_ball(outer, place, 2e-3), dome.surface) for place in places]
+    forces = np.array([-0.1 * outer.normals(*place) for place in places])
+    moments = np.array([np.cross(outer.positions(*place), force) for place, force in zip(places, forces, strict=True)])
+    loads = contact_loads(dome, footprints, forces, moments=moments, law=law)
+    for load, footprint, force, moment, place in zip(loads, footprints, forces, moments, places, strict=True):
+        alone = contact_load(dome, footprint, force, moment=moment, law=law)
+        np.testing.assert_allclose(load.contact.bounds, alone.contact.bounds, rtol=0, atol=1e-9)
+        assert load.contact.distance(Point(place)) == 0.0
+
+
 @pytest.mark.parametrize("degrees", [5.0, 12.0])
 def test_a_ball_rolled_about_the_centre_gives_rolled_readings(degrees):
     """Of a sphere cap about its centre, by taxels rolled with it; what is left is the coarse mesh's error."""

@@ -149,8 +149,8 @@ def test_where_only_wrenches_are_wanted_nothing_is_pressed(more, presses):
     mujoco.mj_forward(model, data)
     assert data.sensordata[:6] == pytest.approx(contact_wrenches(model, data, model.geom("pad0").id).total, rel=1e-12)
     assert data.sensordata[2] < 0.0
-    # The state tells poses that were pressed apart.
-    assert data.plugin_state.any() == presses
+    # The state's first number tells poses that were pressed apart.
+    assert (data.plugin_state[0] != 0.0) == presses
 
 
 def test_without_contact_all_is_zero(model):

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "geometry/hash.hpp"
+
 namespace mjtactile {
 namespace {
 

@@ -65,11 +65,4 @@ class BasisCache {
   std::uint64_t searches_ = 0;
 };
 
-// Mix a number into a hash.
-inline std::uint64_t mixed(std::uint64_t hash, std::uint64_t value) {
-  hash ^= value + 0x9e3779b97f4a7c15u + (hash << 6) + (hash >> 2);
-  hash *= 0xff51afd7ed558ccdu;
-  return hash ^ (hash >> 33);
-}
-
 }  // namespace mjtactile

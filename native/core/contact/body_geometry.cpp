@@ -503,7 +503,6 @@ bool BodyGeometry::look_at(FlatSide& side) const {
   auto face = std::make_shared<Face>();
   FaceCells cells;
   if (!cells.make(side.outline, limits_.cells, *face)) return false;
-  face->quadrature = cells.quadrature();
   std::copy(side.rotation, side.rotation + 9, face->rotation);
   face->height = side.height;
   face->most_slope = side.most_slope;

@@ -526,6 +526,7 @@ Plane ContactSearch::resting(const SearchLoad& load) {
   frame.middle = {(bounds_.west + bounds_.east) / 2, (bounds_.south + bounds_.north) / 2};
   Plane plane = {{0.0, 0.0}, load.through};
   Point inside;
+  if (std::isinf(load.modulus)) return plane;  // a law without compliance, for which the pad may have none
   if (!nearest_inside(covered(), load.through, 1e-3 * frame.length, inside)) return plane;
   // If the load passes a spring within rounding, it acts exactly on it. Otherwise rounding would decide to which side
   // the body falls.

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <utility>
 
+#include "geometry/hash.hpp"
+
 namespace mjtactile {
 namespace {
 
@@ -166,7 +168,9 @@ double PadSensor<Value>::key_of(const Touch* touches, std::size_t count) const {
 template <typename Value>
 void PadSensor<Value>::press_alone(const Touch& seen, std::size_t place, bool steady) {
   BodyPress& press = *presses_[place];
-  const Touch& touch = curved() ? turned(seen, press) : seen;
+  // A body without a load keeps the plane in which its last contact lies.
+  const bool loaded = std::any_of(seen.wrench, seen.wrench + 6, [](double one) { return one != 0.0; });
+  const Touch& touch = curved() && loaded ? turned(seen, press) : seen;
   if (!(pressing(touch) > 0.0)) {
     note_carried(seen, std::array<double, 6>{}.data());
     return;
@@ -175,7 +179,7 @@ void PadSensor<Value>::press_alone(const Touch& seen, std::size_t place, bool st
   // A whole flat side cannot touch a curved pad.
   const std::shared_ptr<const Face> face = curved() ? nullptr : face_towards(touch, placement);
   if (face != nullptr && steady && press_steady(touch, face)) return;
-  if (face != nullptr && options_.law->presses_faces() && press_linear(touch, *face, placement)) return;
+  if (face != nullptr && !options_.law->shapes() && press_linear(touch, *face, placement)) return;
   solved_[place] = solve(touch, press, face, placement) ? 1 : 0;
   if (solved_[place] || press_points(seen, press)) return;
   note(Event::refused, touch, 0.0, 0.0);
@@ -294,7 +298,7 @@ bool PadSensor<Value>::press_points(const Touch& seen, const BodyPress& press) {
   note_range(touch, carried, std::max(points_.area(), static_cast<double>(points_.face().cells()) * wide * wide), 0.0);
   pressed_.peak = std::max(pressed_.peak, points_.peak());
   note_carried(seen, carried);
-  add(forces_.data());
+  add_forces();
   return true;
 }
 
@@ -402,7 +406,7 @@ void PadSensor<Value>::finish(const Touch& touch, BodyPress& press) {
     pressed_.peak = std::max(pressed_.peak, contact.normal()[i] / cells.areas[i]);
   }
   note_carried(touch, press.carried);
-  add(forces_.data());
+  add_forces();
 }
 
 // Compute the nodal forces of a contact on a curved pad. Cells press along their own normals, which have components
@@ -485,7 +489,7 @@ bool PadSensor<Value>::press_linear(const Touch& touch, const Face& face, const 
   note_contact(touch, uniform_.carried(), area, 0.0);
   pressed_.peak = std::max(pressed_.peak, uniform_.peak());
   note_carried(touch, uniform_.carried());
-  add(forces_.data());
+  add_forces();
   return true;
 }
 
@@ -583,9 +587,9 @@ void PadSensor<Value>::note_carried(const Touch& touch, const double* carried) {
 }
 
 template <typename Value>
-void PadSensor<Value>::add(const double* forces) {
+void PadSensor<Value>::add_forces() {
   if (keeps_forces_) {
-    for (std::size_t i = 0; i < total_.size(); ++i) total_[i] += forces[i];
+    for (std::size_t i = 0; i < total_.size(); ++i) total_[i] += forces_[i];
   }
   if (only_forces_) return;
   if (!begun_) set_response(Value(0));
@@ -769,7 +773,6 @@ std::shared_ptr<const Face> PadSensor<Value>::cut_face(const Touch& touch, std::
       face->most_slope = whole.most_slope;
       face->tips_at = whole.tips_at;
       face->cut = true;
-      face->quadrature = cutter_.quadrature();
     } else {
       face = nullptr;
     }

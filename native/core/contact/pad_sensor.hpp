@@ -195,7 +195,7 @@ class PadSensor {
   void note_contact(const Touch& touch, const double* force, double area, double indentation);
   void note_range(const Touch& touch, const double* force, double area, double indentation);
   void note_carried(const Touch& touch, const double* carried);
-  void add(const double* forces);
+  void add_forces();
   void set_response(Value value);
   void make_readings(double* readings);
   std::shared_ptr<const Face> face_towards(const Touch& touch, Placement& placement);

@@ -35,7 +35,6 @@ void PointPress::merge_close_points(const std::vector<ContactPoint>& points, dou
       merged_.push_back(point);
       continue;
     }
-    same->force += point.force;
     for (int k = 0; k < 6; ++k) same->wrench[k] += point.wrench[k];
   }
 }

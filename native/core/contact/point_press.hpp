@@ -34,7 +34,6 @@ class PointPress {
 
   // The squares as cells, and the forces on them (cells, 3) [N].
   const Face& face() const { return face_; }
-  const std::vector<double>& forces() const { return forces_; }
   double area() const { return area_; }   // of all squares [m^2]
   double peak() const;                    // largest pressure [Pa]
   // Compute the nodal forces (nodes y, nodes x, 3) [N] on a flat pad, and the wrench (6) that they carry about the

@@ -8,6 +8,8 @@
 #include <numeric>
 #include <utility>
 
+#include "geometry/hash.hpp"
+
 namespace mjtactile {
 namespace {
 
@@ -18,22 +20,6 @@ constexpr std::uint32_t kLeaf = 4;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 using Key = std::array<double, 3>;
-
-std::uint64_t mixed(std::uint64_t bits) {
-  bits ^= bits >> 32;
-  bits *= 0x9e3779b97f4a7c15ULL;
-  return bits ^ (bits >> 29);
-}
-
-std::uint64_t hash_of(const Key& key) {
-  std::uint64_t hash = 0;
-  for (const double one : key) {
-    std::uint64_t bits;
-    std::memcpy(&bits, &one, sizeof bits);
-    hash = mixed(hash ^ bits) + 0x632be59bd9b4e019ULL;
-  }
-  return hash;
-}
 
 // A hash table with open addressing that numbers points, equal ones alike. It is at most half full.
 class Welder {
@@ -46,7 +32,7 @@ class Welder {
 
   // The number of a point. A new point gets the number `count`.
   std::int32_t number(const Key& key, std::int32_t count) {
-    std::size_t at = hash_of(key) & (slots_.size() - 1);
+    std::size_t at = mixed(0, key.data(), sizeof key) & (slots_.size() - 1);
     while (slots_[at] >= 0 && keys_[static_cast<std::size_t>(slots_[at])] != key) at = (at + 1) & (slots_.size() - 1);
     if (slots_[at] < 0) slots_[at] = count, keys_.push_back(key);
     return slots_[at];

@@ -66,7 +66,7 @@ void norms_of_few(const Value* const* classes, std::size_t count, const Value* s
 
 template <typename Value>
 Columns<Value>::Columns(std::size_t count, std::size_t rows, Precision precision)
-    : count_(count), rows_(rows), stride_(padded(rows)) {
+    : rows_(rows), stride_(padded(rows)) {
   const bool narrow = std::is_same<Value, float>::value;
   if (narrow && precision == Precision::byte) {
     bytes_.assign(count * stride_, 0);

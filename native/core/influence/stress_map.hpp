@@ -48,7 +48,7 @@ class Columns {
   void add_scaled(const AlignedVector<Stored>& stored, const std::uint32_t* places, const Value* weights,
                   std::size_t count, Value* sums) const;
 
-  std::size_t count_, rows_, stride_;
+  std::size_t rows_, stride_;
   AlignedVector<Byte> bytes_;
   AlignedVector<Half> halves_;
   AlignedVector<Value> values_;

@@ -22,6 +22,9 @@ class SurfaceGrid {
   const std::vector<double>& y() const { return y_; }
   std::size_t nodes_x() const { return 2 * x_.size() - 1; }
   std::size_t nodes_y() const { return 2 * y_.size() - 1; }
+  // Coordinate of a column or a row of nodes [m].
+  double node_x(std::size_t column) const { return node(x_, column); }
+  double node_y(std::size_t row) const { return node(y_, row); }
   double low_x() const { return x_.front(); }
   double high_x() const { return x_.back(); }
   double low_y() const { return y_.front(); }
@@ -41,6 +44,9 @@ class SurfaceGrid {
   void traction_forces(const TractionEdge* edges, std::size_t count, Workspace& workspace, double* forces) const;
 
  private:
+  static double node(const std::vector<double>& ends, std::size_t number) {
+    return number % 2 == 0 ? ends[number / 2] : (ends[number / 2] + ends[number / 2 + 1]) / 2;
+  }
   void add_edge(const TractionEdge& edge, Workspace& workspace) const;
   // Add a piece of an edge that lies in one element. Pieces beside the sheet count for the nearest element.
   void add_piece(const double* start, const double* end, const double* traction, std::size_t column, std::size_t row,

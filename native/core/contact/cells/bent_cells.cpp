@@ -94,15 +94,12 @@ bool BentCells::nodal_forces(const Face& face, const SurfaceGrid& grid, const Ce
 }
 
 void BentCells::find_loaded_nodes(const SurfaceGrid& grid, double* nodal, std::vector<LoadedNode>& nodes) const {
-  const auto place = [](const std::vector<double>& ends, std::size_t number) {
-    return number % 2 == 0 ? ends[number / 2] : (ends[number / 2] + ends[number / 2 + 1]) / 2;
-  };
   const double *origin = plane_->origin(), *normal = plane_->axes() + 6;
   nodes.clear();
   for (std::size_t row = 0; row < grid.nodes_y(); ++row) {
     for (std::size_t column = 0; column < grid.nodes_x(); ++column, nodal += 3) {
       if (nodal[0] == 0.0 && nodal[1] == 0.0 && nodal[2] == 0.0) continue;
-      const double x = place(grid.x(), column), y = place(grid.y(), row);
+      const double x = grid.node_x(column), y = grid.node_y(row);
       nodes.push_back({nodal, {x - origin[0], y - origin[1], plane_->surface().at(x, y).z - origin[2]},
                        std::abs(nodal[0] * normal[0] + nodal[1] * normal[1] + nodal[2] * normal[2])});
     }

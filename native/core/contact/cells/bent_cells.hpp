@@ -37,14 +37,15 @@ class BentCells {
   void lay(const Face& face, const TangentPlane& plane);
 
   const TangentPlane& plane() const { return *plane_; }
-  // Positions of the cells: x and y (cells, 2) and all coordinates (cells, 3) in the pad frame [m]. Points of the plane
-  // at which forces along N act (cells, 2) [m]. Slopes of the surface along u and v (cells, 2) [-]. 1 / c (cells) [-].
+  // Positions of the cells along x and y, in the pad frame (cells, 2) [m].
   const std::vector<double>& on_pad() const { return on_pad_; }
-  // Positions of the face's quadrature points along x and y, in the pad frame [m].
+  // The same of the face's quadrature points [m].
   const std::vector<double>& quadrature() const { return quadrature_; }
-  const std::vector<double>& positions() const { return positions_; }
+  // Points of the plane at which forces along N act (cells, 2) [m].
   const std::vector<double>& levers() const { return levers_; }
+  // Slopes of the surface along u and v (cells, 2) [-].
   const std::vector<double>& slopes() const { return slopes_; }
+  // 1 / c (cells) [-].
   const std::vector<double>& stretches() const { return stretches_; }
   Bend bend() const {
     const std::size_t cells = stretches_.size();

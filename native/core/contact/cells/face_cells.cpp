@@ -955,7 +955,7 @@ void FaceCells::join_slivers() {
 }
 
 // Quadrature points lie on a cell's principal axes of inertia. If a cell has none, the face's axes are used.
-void FaceCells::place_quadrature(const Face& face) {
+void FaceCells::place_quadrature(Face& face) {
   about_centroid_.assign(cells_, {});
   for (const CellEdge& edge : face.edges) {
     const auto add = [&](std::int32_t side, double sign) {
@@ -969,7 +969,7 @@ void FaceCells::place_quadrature(const Face& face) {
     add(edge.left, 1.0);
     add(edge.right, -1.0);
   }
-  quadrature_.clear();
+  face.quadrature.clear();
   for (std::size_t i = 0; i < cells_; ++i) {
     const AreaIntegrals& own = about_centroid_[i];
     const double xx = own.xx / areas_[i], xy = own.xy / areas_[i], yy = own.yy / areas_[i];
@@ -977,7 +977,7 @@ void FaceCells::place_quadrature(const Face& face) {
     const double turn = apart > kRound * mean ? 0.5 * std::atan2(2.0 * xy, xx - yy) : 0.0;
     const double u = std::cos(turn), v = std::sin(turn);
     const double longer = std::sqrt(2 * (mean + apart)), shorter = std::sqrt(2 * std::max(mean - apart, 0.0));
-    add_quadrature(face.centroids[i], {u, v}, longer, shorter, quadrature_);
+    add_quadrature(face.centroids[i], {u, v}, longer, shorter, face.quadrature);
   }
 }
 

@@ -20,11 +20,9 @@ namespace mjtactile {
 class FaceCells {
  public:
   // Divide an outline [m] into about `count` cells. Sets all members of the face that depend on its cells: not its
-  // rotation, height, slopes, `quadrature` and `cut`. Sides of the squares are along the axes turned by `angle` [rad].
-  // False if the outline encloses no area or crosses itself.
+  // rotation, height, slopes and `cut`. Sides of the squares are along the axes turned by `angle` [rad]. False if the
+  // outline encloses no area or crosses itself.
   bool make(const Outline& outline, std::size_t count, Face& face, double angle = 0.0);
-  // Four points per cell of the last face (4 cells) [m]. Their mean integrates quadratic functions over the cell.
-  const std::vector<Point>& quadrature() const { return quadrature_; }
 
  private:
   // A closed ring of points: those from `first` to before `last` in a list.
@@ -120,7 +118,7 @@ class FaceCells {
   void finish();
   Point placed(const Point& at, double cosine, double sine) const;
   bool describe(Face& face, double cosine, double sine);
-  void place_quadrature(const Face& face);
+  void place_quadrature(Face& face);
 
   std::vector<Point> points_;  // corners of the outline, along the lattice's axes from the middle of its bounds [m]
   std::vector<Loop> loops_;    // rings of points_
@@ -154,7 +152,6 @@ class FaceCells {
   std::vector<Shared> shared_;
   std::size_t cells_ = 0;
   std::vector<AreaIntegrals> about_centroid_;  // of each cell
-  std::vector<Point> quadrature_;
   EdgeIntegrals integrals_;
 };
 

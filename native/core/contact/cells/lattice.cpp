@@ -50,11 +50,11 @@ Lattice Region::lattice(double cell_area, double narrowest) const {
   const auto cells = [](double extent, double step) {
     return std::max(std::size_t{1}, static_cast<std::size_t>(std::ceil(extent / step - kMostRounding)));
   };
-  if (height < narrowest && width > 0.0 && height > 0.0) {
+  if (height < narrowest) {
     // Taxels cannot resolve the pressure across such a narrow region, so one row of cells is enough.
     const std::size_t columns = cells(width, std::max(cell_area / height, narrowest));
     const double size = width / static_cast<double>(columns);
-    return {centre, angle, size, size / height, columns, 1, c, s};
+    return {centre, size, size / height, columns, 1, c, s};
   }
   // If cells with the preferred ratio of sides would be too narrow, the ratio is reduced.
   const double longer = std::min(stretch(), std::max(cell_area / (narrowest * narrowest), 1.0));
@@ -62,7 +62,7 @@ Lattice Region::lattice(double cell_area, double narrowest) const {
   const std::size_t columns = cells(width, size), rows = cells(height, size / longer);
   const double fitting = std::max({width / static_cast<double>(columns), longer * height / static_cast<double>(rows),
                                    narrowest * longer});
-  return {centre, angle, fitting, longer, columns, rows, c, s};
+  return {centre, fitting, longer, columns, rows, c, s};
 }
 
 }  // namespace mjtactile

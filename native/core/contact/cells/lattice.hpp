@@ -11,9 +11,9 @@ namespace mjtactile {
 // Equal rectangles in rows and columns about a centre, turned by an angle, in the pad frame.
 struct Lattice {
   Point centre;                 // [m]
-  double angle, size, stretch;  // direction of the rows [rad]; length of a cell along it [m]; length over width [-]
+  double size, stretch;         // length of a cell along the rows [m]; length over width [-]
   std::size_t columns, rows;
-  double cosine, sine;          // of the angle
+  double cosine, sine;          // of the direction of the rows
 
   std::size_t cells() const { return columns * rows; }
   double width() const { return size / stretch; }

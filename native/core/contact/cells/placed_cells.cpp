@@ -81,7 +81,6 @@ std::shared_ptr<const Face> make_face(const OutlineKey& key) {
   }
   auto face = std::make_shared<Face>();
   if (!maker.make(local, key.count, *face, 0.0)) return nullptr;
-  face->quadrature = maker.quadrature();
   return face;
 }
 

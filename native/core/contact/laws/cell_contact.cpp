@@ -108,7 +108,7 @@ void CellContact::press(const Face& face, const ContactSurface& surface, const P
   const std::size_t cells = face.cells();
   const LawOptions& options = surface.options;
   const double* wrench = body.wrench;
-  curved_ = body.heights != nullptr;
+  has_heights_ = body.heights != nullptr;
   force_ = -wrench[2];
   double wanted[kMostPressures];
   resultants(face, wrench, wanted);
@@ -366,8 +366,7 @@ PressedCells CellContact::pressed_cells(const Face& face, const double* heights,
   for (std::size_t i = 0; i < face.cells(); ++i) {
     workspace.points[i] = {workspace.placed[2 * i], workspace.placed[2 * i + 1]};
   }
-  workspace.most.resize(face.cells());
-  for (std::size_t i = 0; i < face.cells(); ++i) workspace.most[i] = strength_ * face.areas[i];
+  set_most(face.areas, workspace);
   return {face.cells(), workspace.points.data(), found_.normal.data(), heights, centre_, face.length, tilting_,
           strength_ > 0.0 ? workspace.most.data() : nullptr};
 }
@@ -387,7 +386,7 @@ void CellContact::sum(const Workspace& workspace, std::size_t cells, const doubl
 bool CellContact::weights(const Face& face, const LawOptions& options, const double* wrench,
                           std::vector<double>& weights, Workspace& workspace) const {
   const std::size_t pressures = motions();
-  if (!linear_ || curved_ || !(wrench[2] < 0.0)) return false;
+  if (!linear_ || has_heights_ || !(wrench[2] < 0.0)) return false;
   double pressing[kMostPressures];
   resultants(face, wrench, pressing);
   workspace.forces.resize(face.cells());

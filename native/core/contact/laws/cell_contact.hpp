@@ -144,7 +144,7 @@ class CellContact {
   std::vector<Point> points_;     // of the cells, from their middle, over the face's length; pad axes
   Point centre_ = {0.0, 0.0};     // middle of the cells in the pad frame [m]
   Row on_row_;
-  bool tilting_ = true, curved_ = false, linear_ = false, exact_ = false;
+  bool tilting_ = true, has_heights_ = false, linear_ = false, exact_ = false;
   double pressed_area_ = 0.0, force_ = 0.0, length_ = 1.0, strength_ = 0.0;
   double indentation_ = 0.0, lowered_ = 0.0, energy_ = 0.0, wanted_[kMostMotions] = {};
   LawContact found_;

@@ -47,10 +47,9 @@ class ContactLaw {
   virtual const char* name() const = 0;
   // Whether pressure on one cell moves the surface under the other cells, including those of other bodies.
   virtual bool couples() const { return false; }
-  // Whether the law uses the pad's compliance. Otherwise a body presses with its lowest part and tilts freely.
+  // Whether the law uses the pad's compliance. Otherwise a body presses with its lowest part and tilts freely, and flat
+  // faces need no cells, because UniformPress solves their contact.
   virtual bool shapes() const { return true; }
-  // Whether flat faces need no cells, because UniformPress solves their contact.
-  virtual bool presses_faces() const { return false; }
 
   // Find the normal forces, without a bound on the pressure, and the body's tilt. False if no contact is found.
   virtual bool solve(const LawProblem& problem, LawContact& found) const = 0;

@@ -8,7 +8,6 @@ class Uniform final : public ContactLaw {
  public:
   const char* name() const override { return "uniform"; }
   bool shapes() const override { return false; }
-  bool presses_faces() const override { return true; }
 
   bool solve(const LawProblem& problem, LawContact& found) const override {
     const RigidProblem& body = problem.body;

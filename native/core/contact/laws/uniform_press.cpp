@@ -130,16 +130,13 @@ double UniformPress::energy(const double* coefficients, const double* wanted, do
 // were reduced.
 bool UniformPress::hold(const SurfaceGrid& grid, double friction, double* wrench, const double* forces) {
   const std::size_t columns = grid.nodes_x(), rows = grid.nodes_y();
-  const auto node = [](const std::vector<double>& ends, std::size_t i) {
-    return i % 2 == 0 ? ends[i / 2] : (ends[i / 2] + ends[i / 2 + 1]) / 2;
-  };
   points_.resize(columns * rows);
   normal_.resize(columns * rows);
   places_.clear();
   // Some nodal forces of a positive pressure are negative. Leave these out, and scale the others to the same force.
   double positive = 0.0;
   for (std::size_t i = 0; i < columns * rows; ++i) {
-    points_[i] = {node(grid.x(), i % columns), node(grid.y(), i / columns)};
+    points_[i] = {grid.node_x(i % columns), grid.node_y(i / columns)};
     normal_[i] = std::max(-forces[3 * i + 2], 0.0);
     if (normal_[i] > 0.0) places_.push_back(i), positive += normal_[i];
   }

@@ -55,7 +55,6 @@ class RigidContact {
   // was not moved.
   bool is_free() const { return !moved_ && std::find(full_.begin(), full_.end(), 1) == full_.end(); }
   std::size_t cells() const { return pressed_.size(); }
-  std::size_t motions() const { return motions_; }
   const std::vector<std::uint8_t>& pressed() const { return pressed_; }
   const std::vector<double>& forces() const { return forces_; }  // pressing on each cell [N]
   const double* motion() const { return motion_; }               // of the body into the pad (motions) [m]

@@ -6,6 +6,8 @@
 #include <initializer_list>
 #include <vector>
 
+#include "geometry/hash.hpp"
+
 namespace mjtactile {
 
 class SeenCells {
@@ -13,10 +15,8 @@ class SeenCells {
   void clear() { fingerprints_.clear(); }
   // Add a set of cells, given by flags. Returns whether it was added before, since clear().
   bool again(std::initializer_list<const std::vector<std::uint8_t>*> flags) {
-    std::uint64_t hash = 1469598103934665603u;  // FNV-1a
-    for (const auto* one : flags) {
-      for (const std::uint8_t flag : *one) hash = (hash ^ flag) * 1099511628211u;
-    }
+    std::uint64_t hash = 0;
+    for (const auto* one : flags) hash = mixed(hash, one->data(), one->size());
     const bool found = std::find(fingerprints_.begin(), fingerprints_.end(), hash) != fingerprints_.end();
     fingerprints_.push_back(hash);
     return found;
