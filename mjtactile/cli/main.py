@@ -225,7 +225,7 @@ def _print_press(report: Any) -> None:
     console.print(
         f"{report.shape}: {report.force_reached / GRAM_FORCE:.5g} gf reached of {commanded / GRAM_FORCE:.5g} gf "
         f"({report.settled.error * 100:.2g} % off) after {report.settled.time * 1e3:.0f} ms, "
-        f"contact {report.contact.area * 1e6:.4g} mm2",
+        f"contact {report.load.contact_area * 1e6:.4g} mm2",
         highlight=False,
         markup=False,
     )

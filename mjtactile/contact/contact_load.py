@@ -10,6 +10,7 @@ import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -290,17 +291,24 @@ def contact_loads(
     options = contact_options(
         influence, law=law, tangential=tangential, friction=friction, tilt=tilt, cells=cells
     ).with_friction()
-    given = [None] * len(footprints) if moments is None else list(np.asarray(moments, dtype=float))
-    wanted_forces = list(np.asarray(forces, dtype=float))
-    if not len(wanted_forces) == len(given) == len(footprints):
+    bodies, wanted = _listed("footprints", footprints), _listed("forces", forces)
+    given = [None] * len(bodies) if moments is None else _listed("moments", moments)
+    if not len(wanted) == len(given) == len(bodies):
         raise ContactError(
-            f"{len(footprints)} footprints, {len(wanted_forces)} forces and {len(given)} moments; expected one force "
-            "and, if any, one moment per footprint."
+            f"{len(bodies)} footprints, {len(wanted)} forces and {len(given)} moments; expected one force and, if any, "
+            "one moment per footprint."
         )
-    triples = zip(footprints, wanted_forces, given, strict=True)
-    wrenches = [wanted_wrench(footprint, force, moment) for footprint, force, moment in triples]
-    loads = solved_loads(influence, footprints, wrenches, options)
+    wrenches = [wanted_wrench(*triple) for triple in zip(bodies, wanted, given, strict=True)]
+    loads = solved_loads(influence, bodies, wrenches, options)
     return [
         reported(influence, footprint, load, wrench, options)
-        for footprint, load, wrench in zip(footprints, loads, wrenches, strict=True)
+        for footprint, load, wrench in zip(bodies, loads, wrenches, strict=True)
     ]
+
+
+def _listed(name: str, values: Any) -> list[Any]:
+    """One value for each footprint, as a list."""
+    try:
+        return list(values)
+    except TypeError:
+        raise ContactError(f"{name} = {values!r}; expected a sequence with one entry for each footprint.") from None

@@ -14,10 +14,11 @@ from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from mjtactile._types import Array
-from mjtactile.errors import FootprintError
+from mjtactile.errors import FootprintError, of_type
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.contour import region_below
 from mjtactile.geometry.planar import Bounds, area_on_sheet, areal
+from mjtactile.units import finite_number
 
 #: Height of a body above the pad's surface, or its plane z = 0, [m] at points x, y [m]; infinite without a body.
 GapFunction = Callable[[Array, Array], npt.ArrayLike]
@@ -66,9 +67,9 @@ class Footprint:
             surface: the pad's surface grid, `influence.surface`.
 
         Raises:
-            FootprintError: the outline is not a valid area, or does not overlap the pad.
+            FootprintError: the outline is not a valid area, or does not overlap the pad; or `surface` is no grid.
         """
-        return cls._of_face(area_on_sheet(outline, surface.bounds), surface)
+        return cls._of_face(area_on_sheet(outline, _grid(surface).bounds), surface)
 
     @classmethod
     def _of_face(cls, area: Polygon | MultiPolygon, surface: SurfaceGrid) -> Footprint:
@@ -98,17 +99,23 @@ class Footprint:
             lowest: least height over the sheet [m]; by default it is searched for.
 
         Raises:
-            FootprintError: the gap function returns NaN, minus infinity or another number of heights than points, or
-                no part of the body is above the pad.
+            FootprintError: the gap function returns NaN, minus infinity or another number of heights than points, no
+                part of the body is above the pad, or `lowest` is not its least height.
         """
         checked = _checked(gap)
-        bounds = surface.bounds if outline is None else area_on_sheet(outline, surface.bounds).bounds
-        lowest = _lowest(checked, bounds, outline) if lowest is None else lowest
+        bounds = _grid(surface).bounds if outline is None else area_on_sheet(outline, surface.bounds).bounds
         reach = _reach(surface)
+        if lowest is None:
+            lowest = _lowest(checked, bounds, outline)
+        elif not finite_number(lowest) - _FIRST_TOUCH * surface.thickness <= _sampled(checked, bounds, outline)[0]:
+            raise FootprintError(f"lowest = {lowest!r}; expected the gap function's least height in metres, or None.")
         if outline is None:
             area = region_below(checked, lowest + reach, bounds)
             if area.area == 0.0:
-                raise FootprintError("the body covers too narrow a part of the pad to be found. Pass its outline=...")
+                raise FootprintError(
+                    "the body covers too narrow a part of the pad to be found. Pass its outline=... or, if lowest=... "
+                    "is below the body, leave that out."
+                )
         else:
             area = area_on_sheet(outline, surface.bounds)
         if surface.outer.is_flat:
@@ -140,7 +147,7 @@ class Footprint:
         Raises:
             FootprintError: as `from_gap`.
         """
-        if surface.outer.is_flat:
+        if _grid(surface).outer.is_flat:
             return cls.from_gap(height, surface, outline=outline)
         checked = _checked(height)
         made = cls.from_gap(lambda x, y: checked(x, y) - surface.outer.height(x, y), surface, outline=outline)
@@ -220,6 +227,10 @@ class Footprint:
         return areal(region_below(self.gap, self.lowest + height, self.outline.bounds).intersection(self.outline))
 
 
+def _grid(surface: SurfaceGrid) -> SurfaceGrid:
+    return of_type(SurfaceGrid, "surface", surface, FootprintError, "influence.surface is one")
+
+
 def _reach(surface: SurfaceGrid) -> float:
     """Height above the first contact point beyond which there is no contact [m], along z."""
     steepest = 1.0 if surface.outer.is_flat else float(np.max(surface.outer.stretch(*_corners(surface))))
@@ -258,21 +269,29 @@ def _lowest(gap: Callable[[Array, Array], Array], bounds: Bounds, outline: BaseG
     low_x, low_y, high_x, high_y = bounds
     lowest = np.inf
     for lines in (_FIRST_LINES, *[_CLOSER_LINES] * _REFINEMENTS):
-        along_x, along_y = np.linspace(low_x, high_x, lines), np.linspace(low_y, high_y, lines)
-        x, y = (line.ravel() for line in np.meshgrid(along_x, along_y))
-        values = gap(x, y)
-        if outline is not None:
-            values = np.where(shapely.intersects_xy(outline, x, y), values, np.inf)
-        place = int(values.argmin())
-        if not np.isfinite(values[place]):
+        least, x, y = _sampled(gap, (low_x, low_y, high_x, high_y), outline, lines)
+        if not np.isfinite(least):
             break
-        lowest = min(lowest, float(values[place]))
+        lowest = min(lowest, least)
         span_x, span_y = 2 * (high_x - low_x) / (lines - 1), 2 * (high_y - low_y) / (lines - 1)
-        low_x, high_x = max(bounds[0], x[place] - span_x), min(bounds[2], x[place] + span_x)
-        low_y, high_y = max(bounds[1], y[place] - span_y), min(bounds[3], y[place] + span_y)
+        low_x, high_x = max(bounds[0], x - span_x), min(bounds[2], x + span_x)
+        low_y, high_y = max(bounds[1], y - span_y), min(bounds[3], y + span_y)
     if not np.isfinite(lowest):
         raise FootprintError(
             "the gap function is infinite over the whole sheet: there is no body above it, or one too small to find. "
             "Shift it onto the sheet, or pass its outline=...; lengths are metres."
         )
     return lowest
+
+
+def _sampled(
+    gap: Callable[[Array, Array], Array], bounds: Bounds, outline: BaseGeometry | None, lines: int = _CLOSER_LINES
+) -> tuple[float, float, float]:
+    """Least height on a grid over the bounds, and the point (x, y) where it is [m]."""
+    along_x, along_y = (np.linspace(bounds[axis], bounds[axis + 2], lines) for axis in (0, 1))
+    x, y = (line.ravel() for line in np.meshgrid(along_x, along_y))
+    values = gap(x, y)
+    if outline is not None:
+        values = np.where(shapely.intersects_xy(outline, x, y), values, np.inf)
+    place = int(values.argmin())
+    return float(values[place]), float(x[place]), float(y[place])

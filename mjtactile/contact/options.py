@@ -12,12 +12,13 @@ from mjtactile._types import Array
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.laws import BY_NAME, ContactLaw
 from mjtactile.contact.tangentials import TANGENTIAL_CHOICES, TANGENTIALS, TangentialChoice
-from mjtactile.errors import ContactError, of_type
+from mjtactile.errors import ContactError, MjTactileError, of_type
 from mjtactile.fidelity import CONTACT_LAWS as LAWS
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.units import finite_number, is_whole
 
-__all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactOptions", "Wrench", "contact_options", "wanted_wrench"]
+__all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactOptions", "Wrench", "contact_options", "vector", "wanted_wrench"]
 
 #: Whether the body may tilt under its load.
 TILTS = ("free", "fixed")
@@ -127,10 +128,11 @@ def contact_options(
     if tangential not in BY_NAME[law].tangentials:
         able = " or ".join(repr(one.name) for one in BY_NAME.values() if tangential in one.tangentials)
         raise ContactError(f"tangential={tangential!r} needs law={able}; law {law!r} knows 'proportional' only.")
-    if friction is not None and not (_is_number(friction) and math.isfinite(friction) and friction >= 0.0):
+    if friction is not None and not finite_number(friction) >= 0.0:
         raise ContactError(f"friction = {friction!r}; expected a coefficient that is not negative, for example 0.8.")
-    if isinstance(cells, bool) or not isinstance(cells, int | np.integer) or cells < 1:
+    if not is_whole(cells) or cells < 1:
         raise ContactError(f"cells = {cells!r}; expected a whole number of contact cells from 1 on.")
+    friction = None if friction is None else float(friction)
     return ContactOptions(law=law, tangential=tangential, friction=friction, tilting=tilt == "free", cells=int(cells))
 
 
@@ -146,24 +148,30 @@ def wanted_wrench(footprint: Footprint, force: npt.ArrayLike, moment: npt.ArrayL
         ContactError: force or moment is not three finite numbers.
     """
     of_type(Footprint, "footprint", footprint, ContactError, "Footprint.from_outline(...) makes one")
-    wanted = _vector("force", force)
+    wanted = vector("force", force)
     if moment is None:
         (x, y), (along, across, normal), outer = footprint.centroid, wanted.tolist(), footprint.surface.outer
         z = 0.0 if outer.is_flat else float(outer.height(x, y))
         moment = np.array([y * normal - z * across, z * along - x * normal, x * across - y * along])
         return Wrench(wanted, moment, moment_given=False)
-    return Wrench(wanted, _vector("moment", moment))
+    return Wrench(wanted, vector("moment", moment))
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+def vector(name: str, value: npt.ArrayLike, error: type[MjTactileError] = ContactError) -> Array:
+    """A force or a moment, checked.
 
+    Args:
+        name: of the argument.
+        value: the argument.
+        error: what to raise.
 
-def _vector(name: str, value: npt.ArrayLike) -> Array:
+    Raises:
+        MjTactileError: `error`, if it is not three finite numbers.
+    """
     try:
-        vector = np.asarray(value, dtype=float)
+        numbers = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
-        vector = np.zeros(0)
-    if vector.shape != (3,) or not all(map(math.isfinite, vector.tolist())):
-        raise ContactError(f"{name} = {value!r}; expected three finite numbers (x, y, z) in the pad frame, N or N m.")
-    return vector
+        numbers = np.zeros(0)
+    if numbers.shape != (3,) or not all(map(math.isfinite, numbers.tolist())):
+        raise error(f"{name} = {value!r}; expected three finite numbers (x, y, z) in the pad frame, N or N m.")
+    return numbers

@@ -15,7 +15,7 @@ import numpy as np
 
 from mjtactile._native import library, pointer
 from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
-from mjtactile.errors import MeshError, PresetError, SceneError, of_type
+from mjtactile.errors import InfluenceError, MeshError, PresetError, SceneError, of_type
 from mjtactile.fidelity import CONTACT_LAWS, DEFAULT, PRESETS, Fidelity, as_fidelity, fidelity_from_text
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence, read_influence
@@ -26,7 +26,7 @@ from mjtactile.plugin.health import HEALTH_NUMBERS, Health
 from mjtactile.plugin.model_copy import ModelCopy
 from mjtactile.plugin.reading import Reading, fill_instance
 from mjtactile.sim.geoms import check_pad_geom
-from mjtactile.sim.mujoco_library import is_pad_sensor, pad_sensor_names, plugin_config
+from mjtactile.sim.mujoco_library import element_id, is_pad_sensor, pad_sensor_names, plugin_config
 
 #: Outputs that a sensor can have.
 OUTPUTS = ("von_mises", "stress", "wrench", "carried", "range")
@@ -42,7 +42,12 @@ def known_pad(name: str) -> Pad:
     Raises:
         SceneError: it is none of these, or the text does not describe a pad.
     """
-    return named_pad(name) or read_influence(name).pad
+    try:
+        return named_pad(name) or read_influence(name).pad
+    except InfluenceError as error:
+        raise SceneError(
+            f'{PLUGIN}: attribute "pad": {error} Or name a TOML file, NAME.toml, see pad_from_file.'
+        ) from error
 
 
 class Attributes:
@@ -135,7 +140,7 @@ def plugin_sensor(model: mujoco.MjModel, name: str) -> PluginSensor | None:
     Raises:
         SceneError: an attribute of the sensor is invalid.
     """
-    sensor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, name)
+    sensor = element_id(model, mujoco.mjtObj.mjOBJ_SENSOR, name, "pad")
     if not is_pad_sensor(model, sensor):
         return None
     instance = int(model.sensor_plugin[sensor])

@@ -22,6 +22,7 @@ from mjtactile.geometry.primitives import Box, Capsule, Cylinder, Ellipsoid, Hal
 from mjtactile.geometry.solid import checked, face_outline
 from mjtactile.geometry.triangle_mesh import TriangleSurface
 from mjtactile.pad import Pad
+from mjtactile.sim.mujoco_library import element_id
 from mjtactile.sim.pad_geom import pad_pieces
 from mjtactile.sim.pad_solid import pad_solid
 from mjtactile.sim.rays import RaySurface
@@ -226,7 +227,7 @@ def pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:
     Raises:
         SceneError: the model has no such geom, or the geom does not have the pad's shape.
     """
-    geom = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name)
+    geom = element_id(model, mujoco.mjtObj.mjOBJ_GEOM, name, "geom")
     if geom < 0:
         names = [model.geom(i).name for i in range(model.ngeom) if model.geom(i).name]
         raise SceneError(f"geom '{name}' does not exist in the model. Available: {names}. Pass geom=... of the pad.")

@@ -1,4 +1,4 @@
-"""Access to MuJoCo's C library for what its Python bindings lack: the plugin of a sensor and its attributes.
+"""What MuJoCo's Python bindings lack: the plugin of a sensor and its attributes, and checks of names and of data.
 
 Functions import MuJoCo, not the module: MuJoCo has the plugin registered while it is imported, with this module whole.
 """
@@ -10,7 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mjtactile.errors import NativeError
+from mjtactile.errors import MjTactileError, NativeError, SceneError, of_type
 from mjtactile.pad_names import PLUGIN
 
 if TYPE_CHECKING:
@@ -46,6 +46,52 @@ def plugin_config(model: mujoco.MjModel, instance: int, attribute: str) -> str:
     function.restype = ctypes.c_char_p
     text = function(ctypes.c_void_p(int(model._address)), ctypes.c_int(instance), attribute.encode())
     return "" if text is None else str(text.decode())
+
+
+def element_id(
+    model: mujoco.MjModel,
+    kind: mujoco.mjtObj,
+    name: str,
+    argument: str,
+    error: type[MjTactileError] = SceneError,
+) -> int:
+    """Id of an element of a compiled model by its name; -1 if there is none.
+
+    Args:
+        model: compiled model.
+        kind: what the element is.
+        name: of the element; MuJoCo itself crashes on None.
+        argument: name of the argument that holds the name, for the error message.
+        error: what to raise.
+
+    Raises:
+        MjTactileError: `error`, if the name is no text.
+    """
+    import mujoco
+
+    return mujoco.mj_name2id(model, kind, of_type(str, argument, name, error))
+
+
+def check_data(model: mujoco.MjModel, data: mujoco.MjData, whose: str) -> None:
+    """Refuse data of another model, in which geoms and readings are elsewhere.
+
+    Args:
+        model: compiled model.
+        data: to be checked.
+        whose: what the model is, for the error message.
+
+    Raises:
+        SceneError: `data` belongs to another model, or is no MjData.
+    """
+    import mujoco
+
+    # MuJoCo stores the same signature of the kinematic tree in a model and in its data. Sizes and masses are not part
+    # of it, so that data of a model with varied numbers is accepted.
+    numbers = getattr(data, "sensordata", None)
+    if numbers is not None and len(numbers) == model.nsensordata and data.signature == model.signature:
+        return
+    said = "belongs to another model" if isinstance(data, mujoco.MjData) else f"is of type {type(data).__name__}"
+    raise SceneError(f"data {said}; expected the mujoco.MjData of {whose}: mujoco.MjData(model) makes one.")
 
 
 def is_pad_sensor(model: mujoco.MjModel, sensor: int) -> bool:

@@ -17,14 +17,17 @@ import trimesh
 from shapely import Polygon
 
 from mjtactile._types import Array
+from mjtactile.contact.options import vector
 from mjtactile.errors import IndenterError, SceneError, of_type
 from mjtactile.geometry.indenter import Indenter, mesh_indenter, punch
 from mjtactile.geometry.planar import areal, polygons_of, support_points
 from mjtactile.geometry.primitives import Pose
 from mjtactile.geometry.triangle_mesh import TriangleSurface
-from mjtactile.pad import Pad
+from mjtactile.pad import Pad, require_pad
 from mjtactile.sim.mjcf import press_mjcf
+from mjtactile.sim.mujoco_library import check_data, element_id
 from mjtactile.sim.wrench import contact_wrenches, site_frame
+from mjtactile.units import finite_number
 
 #: Distance of feet from the pad's edge [m], so that they do not creep over it during a long press.
 EDGE_MARGIN = 1e-4
@@ -57,7 +60,7 @@ def press_spec(
 ) -> mujoco.MjSpec:
     """A press scene as an editable `MjSpec`; arguments and errors as in `press_scene`."""
     indenter = _as_indenter(shape)
-    pad = pad or Pad()
+    pad = Pad() if pad is None else require_pad(pad)
     feet = _feet(indenter, pad, shift, rotate_deg)
     height = 0.0 if pad.surface.is_flat else _touching_height(indenter, pad, shift, rotate_deg)
     place = (*shift, height)
@@ -88,6 +91,7 @@ def press_scene(
 
     Raises:
         IndenterError: unknown shape, or a mesh that is not a valid solid.
+        PadError: `pad` is no pad.
         SceneError: the indenter is off the pad; or the pad is curved, and the indenter's face has a hole though it is
             not the prism over that face.
     """
@@ -114,12 +118,15 @@ def press(
         time_limit: simulated time after which the press has failed [s].
 
     Raises:
-        SceneError: the model is not a press scene, the force pulls or exceeds the actuators' range, or the press does
-            not settle; the message gives the remaining difference.
+        SceneError: the model is not a press scene, `data` belongs to another model, a number is out of range, the force
+            pulls or exceeds the actuators' range, or the press does not settle; the message gives the remaining
+            difference.
     """
     of_type(mujoco.MjModel, "model", model, SceneError, "press_scene(...) makes one")
     of_type(mujoco.MjData, "data", data, SceneError, "mujoco.MjData(model) makes one")
-    command = np.asarray(force, dtype=float)
+    check_data(model, data, "the press scene")
+    command = vector("force", force, SceneError)
+    tolerance, time_limit = _positive("tolerance", tolerance), _positive("time_limit", time_limit)
     actuators = [_id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, f"press_{axis}") for axis in "xyz"]
     pad = _id(model, mujoco.mjtObj.mjOBJ_GEOM, "pad")
     surface = _id(model, mujoco.mjtObj.mjOBJ_SITE, "pad_surface")
@@ -195,7 +202,7 @@ def _rectangle(pad: Pad, margin: float) -> Polygon:
 
 
 def _id(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> int:
-    found = mujoco.mj_name2id(model, kind, name)
+    found = element_id(model, kind, name, "name")
     if found < 0:
         count = {
             mujoco.mjtObj.mjOBJ_ACTUATOR: model.nu,
@@ -211,9 +218,13 @@ def _id(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> int:
     return found
 
 
+def _positive(name: str, value: float) -> float:
+    if not finite_number(value) > 0.0:
+        raise SceneError(f"{name} = {value!r}; expected a positive finite number.")
+    return float(value)
+
+
 def _check_force(command: Array, ranges: Array) -> None:
-    if command.shape != (3,) or not np.isfinite(command).all():
-        raise SceneError(f"force = {command}; expected three finite components in the pad frame [N].")
     if command[2] >= 0.0:
         raise SceneError(f"force = {command} N does not press: its z component must be negative, into the pad.")
     if (command < ranges[:, 0]).any() or (command > ranges[:, 1]).any():

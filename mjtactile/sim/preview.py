@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from mjtactile._files import check_figure, save_figure
 from mjtactile._installed import require
-from mjtactile.errors import SceneError
-from mjtactile.sim.mujoco_library import is_pad_sensor, pad_sensor_names
+from mjtactile.errors import SceneError, of_type
+from mjtactile.sim.mujoco_library import check_data, element_id, is_pad_sensor, pad_sensor_names
 from mjtactile.sim.pad_geom import pad_pieces
 from mjtactile.sim.render import render_scene
 from mjtactile.sim.wrench import PadFrame, geom_frame
@@ -57,10 +57,11 @@ def preview_pad(
         RGB, shape (height, width, 3), top row first.
 
     Raises:
-        SceneError: the model has no such pad.
+        SceneError: the model has no such pad, or `data` belongs to another model.
         RenderError: OpenGL does not work.
         OutputError: the file cannot be written.
     """
+    of_type(mujoco.MjModel, "model", model, SceneError, "MjSpec.compile() makes one")
     geom = _pad_geom(model, pad)
     if path is not None:
         check_figure(Path(path))
@@ -69,6 +70,7 @@ def preview_pad(
         if model.nkey:
             mujoco.mj_resetDataKeyframe(model, data, 0)
         mujoco.mj_forward(model, data)
+    check_data(model, data, "the model")
     frame, pieces = geom_frame(model, data, geom), pad_pieces(model, geom)
     hidden = set(np.flatnonzero(~np.isin(model.geom_group, groups)).tolist()) - set(pieces)
     diagonal = 2.0 * float(model.geom_rbound[geom])
@@ -93,7 +95,7 @@ def preview_pad(
 
 def _pad_geom(model: mujoco.MjModel, pad: str) -> int:
     """Id of the pad's geom of that name, or of the pad's sensor of that name."""
-    sensor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, pad)
+    sensor = element_id(model, mujoco.mjtObj.mjOBJ_SENSOR, pad, "pad")
     is_sensor = is_pad_sensor(model, sensor)
     geom = int(model.sensor_objid[sensor]) if is_sensor else mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, pad)
     if geom < 0 or model.geom_type[geom] not in (_BOX, _MESH):

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile.errors import RenderError
+from mjtactile.sim.mujoco_library import element_id
 
 #: Backends tried in this order if MUJOCO_GL is not set.
 BACKENDS = ("egl", "osmesa")
@@ -127,7 +128,7 @@ def _view(model: mujoco.MjModel, camera: str | mujoco.MjvCamera | None) -> Any:
         mujoco.mjv_defaultFreeCamera(model, view)
         return view
     view.type = mujoco.mjtCamera.mjCAMERA_FIXED
-    view.fixedcamid = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
+    view.fixedcamid = element_id(model, mujoco.mjtObj.mjOBJ_CAMERA, camera, "camera", RenderError)
     if view.fixedcamid < 0:
         names = [model.camera(i).name for i in range(model.ncam)]
         raise RenderError(f"camera '{camera}' does not exist in the model. Available: {names}.")

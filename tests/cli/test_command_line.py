@@ -78,6 +78,16 @@ def test_press_prints_what_people_want_to_know(draft):
         assert text in done.stdout
 
 
+def test_the_contact_area_printed_is_the_one_in_the_json(monkeypatch, capsys, draft):
+    said = []
+    for how in ([], ["--json"]):
+        monkeypatch.setattr("sys.argv", ["mjtactile", "press", "sphere", "--fidelity", "fast", *how])
+        main()
+        said.append(capsys.readouterr().out)
+    area = json.loads(said[1])["contact_area_m2"]
+    assert f"contact {area * 1e6:.4g} mm2" in said[0]
+
+
 def test_a_figure_without_opengl_leaves_the_scene_out_and_says_what_to_install(tmp_path, draft):
     path = tmp_path / "p.pdf"
     done = run(

@@ -93,6 +93,22 @@ def test_each_body_keeps_its_own_cells_under_laws_that_do_not_couple(coarse_squa
         assert load.contact.centroid.x == pytest.approx(ball.centroid[0], abs=0.3e-3)
 
 
+@pytest.mark.parametrize(
+    ("forces", "moments", "message"),
+    [
+        (None, None, "forces = None; expected a sequence with one entry for each footprint"),
+        (-0.1, None, "forces = -0.1; expected a sequence"),
+        ([[0, 0, -0.1], [0, -0.1]], None, r"force = \[0, -0.1\]; expected three finite numbers"),
+        ("no", None, "force = 'n'; expected three finite numbers"),
+        ([[0, 0, -0.1]] * 2, 7, "moments = 7; expected a sequence"),
+        ([[0, 0, -0.1]] * 2, [[0, 0, 0], "none"], "moment = 'none'; expected three finite numbers"),
+    ],
+)
+def test_forces_and_moments_that_are_none_are_refused(forces, moments, message, coarse_square):
+    with pytest.raises(ContactError, match=message):
+        contact_loads(coarse_square, pair(coarse_square, 1e-3), forces, moments=moments)
+
+
 def test_counts_that_do_not_match_are_refused(coarse_square):
     with pytest.raises(ContactError, match="2 footprints, 1 forces and 2 moments; expected one force"):
         contact_loads(coarse_square, pair(coarse_square, 1e-3), [[0, 0, -0.1]], law="elastic")

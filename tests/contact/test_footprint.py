@@ -105,6 +105,28 @@ def test_bad_gap_functions_are_refused_with_the_cure(gap, message):
 
 
 @pytest.mark.parametrize(
+    ("lowest", "message"),
+    [
+        (1.0, "lowest = 1.0; expected the gap function's least height"),
+        (5e-5, "lowest = 5e-05; expected the gap"),
+        (math.nan, "lowest = nan; expected the gap"),
+        (-math.inf, "lowest = -inf; expected the gap"),
+        ("0", "lowest = '0'; expected the gap"),
+        (-1.0, "or, if lowest=... is below the body, leave that out"),
+    ],
+)
+def test_a_lowest_point_that_is_none_is_refused(lowest, message):
+    with pytest.raises(FootprintError, match=message):
+        Footprint.from_gap(sphere, INFLUENCE.surface, lowest=lowest)
+
+
+def test_the_lowest_point_that_is_found_may_be_given():
+    found = Footprint.from_gap(sphere, INFLUENCE.surface)
+    given = Footprint.from_gap(sphere, INFLUENCE.surface, lowest=found.lowest)
+    assert given.outline.equals(found.outline)
+
+
+@pytest.mark.parametrize(
     ("outline", "message"),
     [
         (box(1.0, 1.0, 2.0, 2.0), "covers none of the pad"),

@@ -10,12 +10,15 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from shapely import box
 
 import mjtactile
 from mjtactile.envs.press_identify import PressIdentify
 from mjtactile.envs.simulation import SingleSimulation
 from mjtactile.envs.single import TactileEnv
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity
+from mjtactile.influence.surface_load import SurfaceLoad
+from mjtactile.sim.render import render_scene
 from mjtactile.torch.model import PadModel
 
 #: None asks for nothing, which is "balanced" at every door.
@@ -69,9 +72,9 @@ def test_the_same_contact_is_read_the_same_through_every_door(asked):
     np.testing.assert_allclose(module(module.nodal_forces(load)).numpy(), expected, atol=2e-6 * peak)
 
 
-def on_a_finger() -> tuple[mujoco.MjModel, mujoco.MjData]:
+def on_a_finger(**said: Any) -> tuple[mujoco.MjModel, mujoco.MjData]:
     spec = mujoco.MjSpec.from_string('<mujoco><worldbody><body name="finger"/></worldbody></mujoco>')
-    mjtactile.attach_pad(spec, body="finger", name="ff", fidelity="fast")
+    mjtactile.attach_pad(spec, body="finger", name="ff", fidelity="fast", **said)
     model = spec.compile()
     return model, mujoco.MjData(model)
 
@@ -89,14 +92,37 @@ WRONG: list[tuple[Callable[[Any, Any, Any], Any], str, str]] = [
     (lambda _, __, wrong: fast().readings(wrong), "load", "SurfaceLoad"),
     (lambda _, __, wrong: PadModel(fast()).nodal_forces(wrong), "load", "SurfaceLoad"),
     (lambda _, __, wrong: mjtactile.set_warnings(wrong), "enabled", "bool"),
+    (lambda model, data, wrong: mjtactile.preview_pad(wrong, "ff", data=data), "model", "MjModel"),
+    (lambda model, _, wrong: mjtactile.preview_pad(model, "ff", data=wrong), "data", "MjData"),
+    (lambda _, __, wrong: mjtactile.press_scene("star", pad=wrong), "pad", "Pad"),
+    (lambda _, __, wrong: on_a_finger(visual=wrong), "visual", "bool"),
+    (lambda _, __, wrong: fast().readings_of(wrong), "response", "ndarray"),
+    (lambda _, __, wrong: SurfaceLoad.from_tractions(wrong, box(0, 0, 1, 1), np.cross), "influence", "PadTables"),
+    (lambda _, __, wrong: mjtactile.Footprint.from_outline(box(0, 0, 1, 1), wrong), "surface", "SurfaceGrid"),
+    (lambda _, __, wrong: mjtactile.Footprint.from_gap(np.hypot, wrong), "surface", "SurfaceGrid"),
+    (lambda _, __, wrong: mjtactile.Footprint.from_height(np.hypot, wrong), "surface", "SurfaceGrid"),
+]
+#: Calls with a name that is no text, and the argument.
+NAMED: list[tuple[Callable[[Any, Any, Any], Any], str]] = [
+    (lambda model, _, wrong: mjtactile.TactileSensor(model, geom=wrong), "geom"),
+    (lambda model, _, wrong: mjtactile.preview_pad(model, wrong), "pad"),
+    (lambda model, data, wrong: render_scene(model, data, camera=wrong or 0), "camera"),
 ]
 
 
 @pytest.mark.parametrize("wrong", ["none", 3], ids=["a text", "a number"])
 @pytest.mark.parametrize(("door", "name", "kind"), WRONG)
 def test_an_argument_of_another_type_is_refused_by_its_name(door, name, kind, wrong):
-    said = rf"^{name} is of type {type(wrong).__name__}; expected a (\w+\.)?{kind}"
+    said = rf"^{name} is of type {type(wrong).__name__}; expected (a|the) (\w+\.)?{kind}"
     with pytest.raises(mjtactile.MjTactileError, match=said):
+        door(*on_a_finger(), wrong)
+
+
+@pytest.mark.parametrize("wrong", [None, 3, ["ff"]], ids=str)
+@pytest.mark.parametrize(("door", "name"), NAMED)
+def test_a_name_is_a_text(door, name, wrong):
+    """MuJoCo itself looks None up where there is no memory."""
+    with pytest.raises(mjtactile.MjTactileError, match=rf"^{name} is of type \w+; expected a str"):
         door(*on_a_finger(), wrong)
 
 

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 import trimesh
 from mujoco_versions import since
-from shapely import Polygon, box
+from shapely import Point, Polygon, box
 
 from mjtactile.attach import attach_pad
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import ContactWarning, SceneError
-from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline, punch
+from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline, punch, sphere
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad, TaxelGrid, force_vector
 from mjtactile.sensor import TactileSensor
@@ -99,6 +99,25 @@ def test_footprint_is_the_outline_where_the_punch_stands(draft):
     outline = indenter_outline("star", shift=(1.25e-3, 0.0), rotate_deg=20)
     # The model's text holds nine digits; the solid is cut 50 um up.
     assert load.contact.symmetric_difference(outline).area < 1e-4 * outline.area
+
+
+def test_contact_is_what_pressed_when_the_load_was_made(draft):
+    """Elements under a ball, far fewer than its outline holds, and all of a punch, after the scene has gone on."""
+    for shape, whole in ((sphere(6e-3), False), ("star", True)):
+        model = press_scene(shape)
+        data = mujoco.MjData(model)
+        press(model, data, force_vector(0.5))
+        sensor = TactileSensor(model, influence=draft, law="elastic")
+        load, outline = sensor.load(data), sensor.outline(data)
+        assert load is not None
+        mujoco.mj_resetData(model, data)
+        element = load.surface.x.sizes.max() * load.surface.y.sizes.max()
+        around = math.sqrt(load.contact_area * math.pi) * math.sqrt(element) * 2  # elements on a round rim
+        if whole:
+            assert load.contact.symmetric_difference(outline).area < 1e-6 * outline.area
+        else:
+            assert load.contact_area < load.contact.area < min(load.contact_area + 2 * around, 0.5 * outline.area)
+            assert load.contact.contains(Point(0, 0).buffer(0.9 * math.sqrt(load.contact_area / math.pi)))
 
 
 def test_readings_are_those_of_the_door_without_mujoco(draft):

@@ -209,7 +209,18 @@ def test_the_scene_can_be_edited_before_it_is_compiled():
         (lambda: press_scene("square", shift=(12.45e-3, 0.0)), SceneError, "only a sliver of indenter 'square'"),
         (lambda: press_star((0.0, 0.0, 0.1)), SceneError, "does not press"),
         (lambda: press_star((0.0, 0.0, -100.0)), SceneError, "range.*1 gf is 9.80665e-3 N"),
-        (lambda: press_star((0.0, np.nan, -1.0)), SceneError, "three finite components"),
+        (lambda: press_star((0.0, np.nan, -1.0)), SceneError, "three finite numbers"),
+        (
+            lambda: press_star(cast(Any, [(0.0,), -1.0])),
+            SceneError,
+            r"force = \[\(0.0,\), -1.0\]; expected three finite",
+        ),
+        (lambda: press_star(cast(Any, None)), SceneError, "force = None; expected three finite numbers"),
+        (lambda: press_star(force_vector(1.0), time_limit=np.nan), SceneError, "time_limit = nan; expected a positive"),
+        (lambda: press_star(force_vector(1.0), time_limit=np.inf), SceneError, "time_limit = inf; expected a positive"),
+        (lambda: press_star(force_vector(1.0), tolerance=0.0), SceneError, "tolerance = 0.0; expected a positive"),
+        (lambda: press_data_of_another_model(), SceneError, "data belongs to another model; expected .*press scene"),
+        (lambda: press_scene("star", pad=cast(Any, [])), PadError, "pad is of type list; expected a mjtactile.Pad"),
         (
             lambda: press_star(force_vector(1.0, 50.0)),
             SceneError,
@@ -224,9 +235,14 @@ def test_errors_say_what_is_wrong_and_what_helps(make, error, message):
         make()
 
 
-def press_star(force):
+def press_star(force, **options):
     model = press_scene("star")
-    return press(model, mujoco.MjData(model), force)
+    return press(model, mujoco.MjData(model), force, **options)
+
+
+def press_data_of_another_model():
+    of_another = mujoco.MjData(mujoco.MjModel.from_xml_path(str(asset_path("models/xml/pad.xml"))))
+    return press(press_scene("star"), of_another, force_vector(1.0))
 
 
 def press_without_actuators():
