@@ -411,7 +411,7 @@ def test_a_surface_made_again_is_the_same():
 @pytest.mark.parametrize("other", [5, None, "load"])
 def test_only_loads_add_to_loads(other):
     with pytest.raises(TypeError, match="unsupported operand"):
-        contact_load(INFLUENCE, SQUARE, (0, 0, -0.1)) + other
+        _ = contact_load(INFLUENCE, SQUARE, (0, 0, -0.1)) + other
 
 
 def test_no_load_has_no_resultant():
