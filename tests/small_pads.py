@@ -36,3 +36,8 @@ def in_double_precision(pad: Pad, density: MeshDensity) -> InfluenceMatrices:
     for class_tables in build_tables(pad, density, dtype=np.float64):
         tables |= class_tables
     return InfluenceMatrices(pad, Fidelity(mesh=density, precision="float64"), tables)
+
+
+def without_tables(pad: Pad, density: MeshDensity) -> InfluenceMatrices:
+    """Influence matrices without tables. They have a pad and its surface grid, enough to find footprints and loads."""
+    return InfluenceMatrices(pad, Fidelity(mesh=density), {})

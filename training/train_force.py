@@ -22,6 +22,7 @@ from lesson import Lesson, LessonConfig
 from mjtactile.recognition.estimator import Estimator
 from mjtactile.recognition.force import ForceRecogniser
 from mjtactile.recognition.network import Network
+from mjtactile.recognition.symmetry import Mirrors
 from mjtactile.recognition.training.fitting import fit, perceptron, perceptron_arrays, set_weights
 from mjtactile.recognition.training.presses import Presses
 from mjtactile.recognition.weight_files import read_weights
@@ -83,6 +84,8 @@ def report(recogniser: ForceRecogniser, presses: Presses) -> None:
     rng = np.random.default_rng(0)
     test = np.flatnonzero(presses.held_out)
     force, position = presses.forces[test], presses.positions[test]
+    # The presses were mirrored into the octant before.
+    unmirrored = Mirrors(*[np.zeros(len(test), dtype=bool)] * 3)
     magnitude = np.linalg.norm(force, axis=1)
     tilted = force[:, 2] > -np.cos(np.radians(3.0)) * magnitude
     for noise in (0.0, 0.01):
@@ -90,7 +93,8 @@ def report(recogniser: ForceRecogniser, presses: Presses) -> None:
         noisy = presses.projected[test] + sigma * rng.standard_normal(presses.projected[test].shape)
         outside = recogniser.view.parts.shape[0] - recogniser.view.parts.shape[1]
         left = presses.energy[test] - (presses.projected[test] ** 2).sum(axis=1) + outside * sigma[:, 0] ** 2
-        found = recogniser.from_projected(noisy.astype(np.float32), left.astype(np.float32))
+        seen = recogniser.view.seen(noisy.astype(np.float32), left.astype(np.float32), unmirrored)
+        found = recogniser.from_seen(seen, (len(test),))
         cosine = np.einsum("ij,ij->i", found.force, force) / magnitude / found.magnitude
         angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
         where = np.linalg.norm(found.position - position, axis=1)

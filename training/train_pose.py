@@ -12,8 +12,10 @@ import torch
 from arguments import parsed
 from lesson import Lesson, LessonConfig
 
+from mjtactile._types import Array
 from mjtactile.dataset.shapes import DISC_RADIUS
-from mjtactile.recognition.pose import POSE_KINDS, orientation_targets
+from mjtactile.recognition.pose import ORDERS, POSE_KINDS, SYMMETRY
+from mjtactile.recognition.symmetry import Mirrors
 from mjtactile.recognition.training.fitting import fit, perceptron, perceptron_arrays
 from mjtactile.recognition.training.presses import Presses
 
@@ -32,6 +34,24 @@ class Config(LessonConfig):
     depth: int = 2  #: hidden layers
     steps: int = 5000  #: batches
     seed: int = 2  #: of weights, batches and noise
+
+
+def orientation_targets(shapes: np.ndarray, rotations: Array, mirrors: Mirrors) -> Array:
+    """Training targets of an orientation module, in the octant, (presses, 2 orders).
+
+    Args:
+        shapes: name of each press's shape, (presses,).
+        rotations: rotation of each shape on the pad [rad], (presses,).
+        mirrors: how each press was mirrored.
+    """
+    order = np.array([SYMMETRY.get(shape, (0, 0.0))[0] for shape in shapes])
+    line = np.array([SYMMETRY.get(shape, (0, 0.0))[1] for shape in shapes])
+    angle = mirrors.angles(rotations + line)
+    out = np.zeros((len(shapes), 2 * len(ORDERS)))
+    for k, n in enumerate(ORDERS):
+        out[:, 2 * k] = np.where(order == n, np.cos(n * angle), 0.0)
+        out[:, 2 * k + 1] = np.where(order == n, np.sin(n * angle), 0.0)
+    return out
 
 
 def targets(module: str, presses: Presses) -> tuple[np.ndarray, np.ndarray]:

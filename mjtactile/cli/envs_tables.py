@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from mjtactile.envs.options import OBSERVATIONS
 from mjtactile.envs.registration import ENTRY_POINTS, task_of
-from mjtactile.envs.task import Channel, Task
+from mjtactile.envs.task import Task
 from mjtactile.envs.touch import READING_SCALE
+from mjtactile.experiments.markdown import markdown_table
 
 #: Shape, unit and meaning in the rows of `tactile`, by observation.
 _TACTILE = {
@@ -39,37 +40,29 @@ def _environment(name: str, kind: type[Task]) -> str:
             f"Pads: {', '.join(kind.PADS)}. A step is {period * 1e3:g} ms ({kind.SUBSTEPS} of MuJoCo's), an episode at "
             f"most {kind.EPISODE_STEPS} steps. Default noise: {kind.NOISE:.0%}.",
             "",
-            "| action | from | to | meaning |",
-            "| --- | --- | --- | --- |",
-            *(f"| {one.name} | {one.low:g} | {one.high:g} | {one.meaning} |" for one in kind.ACTIONS),
+            markdown_table(
+                ["action", "from", "to", "meaning"],
+                ([one.name, f"{one.low:g}", f"{one.high:g}", one.meaning] for one in kind.ACTIONS),
+            ),
             "",
-            "| `proprioception` | unit | from | to | meaning |",
-            "| --- | --- | --- | --- | --- |",
-            *(_row(one) for one in kind.PROPRIOCEPTION),
+            markdown_table(
+                ["`proprioception`", "unit", "from", "to", "meaning"],
+                ([one.name, one.unit, f"{one.low:g}", f"{one.high:g}", one.meaning] for one in kind.PROPRIOCEPTION),
+            ),
             "",
-            "| `tactile` | shape | unit | from | to | meaning |",
-            "| --- | --- | --- | --- | --- | --- |",
-            *_tactile_rows(kind),
+            markdown_table(["`tactile`", "shape", "unit", "from", "to", "meaning"], _tactile_rows(kind)),
         ]
     )
 
 
-def _row(channel: Channel) -> str:
-    return f"| {channel.name} | {channel.unit} | {channel.low:g} | {channel.high:g} | {channel.meaning} |"
-
-
-def _tactile_rows(kind: type[Task]) -> list[str]:
-    lines = []
+def _tactile_rows(kind: type[Task]) -> Iterator[list[str]]:
     for observation in OBSERVATIONS:
         space = kind(observation=observation).touch.space
         if space is None:
             continue
         shape, unit, meaning = _TACTILE[observation]
         sizes = ", ".join(map(str, space.shape))
-        lines.append(
-            f"| {observation} | {shape} = ({sizes}) | {unit} | {_ends(space.low)} | {_ends(space.high)} | {meaning} |"
-        )
-    return lines
+        yield [observation, f"{shape} = ({sizes})", unit, _ends(space.low), _ends(space.high), meaning]
 
 
 def _ends(limits: Any) -> str:

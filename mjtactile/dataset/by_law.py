@@ -9,7 +9,6 @@ curved pads see on_surface.py.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.dataset.on_surface import curved_pose_readings
 from mjtactile.dataset.sampling import OutlinePresses, PosePresses
-from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, sized_face
+from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, sized_face, sphere_height
 from mjtactile.errors import ContactWarning
 from mjtactile.influence.matrices import InfluenceMatrices
 
@@ -52,20 +51,12 @@ def pose_footprint(influence: InfluenceMatrices, presses: OutlinePresses, pose: 
         pose: position and rotation of the body.
     """
     if presses.shape == "sphere":
-        return Footprint.from_gap(sphere_gap(SPHERE_RADIUS * presses.size, *pose.shift), influence.surface, lowest=0.0)
+        radius = SPHERE_RADIUS * presses.size
+        ball = sphere_height(radius, np.array([*pose.shift, radius]))
+        return Footprint.from_gap(ball, influence.surface, lowest=0.0)
     return Footprint.from_outline(
         placed(sized_face(presses.shape, presses.size), pose.shift, pose.rotation), influence.surface
     )
-
-
-def sphere_gap(radius: float, x: float, y: float) -> Callable[[Array, Array], Array]:
-    """Gap function of a sphere of this radius [m] that touches a flat surface at (x, y) [m]."""
-
-    def gap(at_x: Array, at_y: Array) -> Array:
-        inside = radius**2 - (at_x - x) ** 2 - (at_y - y) ** 2
-        return np.where(inside > 0.0, radius - np.sqrt(np.maximum(inside, 0.0)), np.inf)
-
-    return gap
 
 
 def _pose_readings(

@@ -17,7 +17,7 @@ from mjtactile._types import Array
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.dataset.sampling import OutlinePresses, PosePresses
-from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, sized_face
+from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, sized_face, sphere_height
 from mjtactile.errors import ContactWarning
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -68,13 +68,7 @@ def footprint_on(surface: SurfaceGrid, presses: OutlinePresses, pose: PosePresse
     point, axes = outer.positions(*pose.shift), outer.frames(*pose.shift)
     if presses.shape == "sphere":
         radius = SPHERE_RADIUS * presses.size
-        centre = point + radius * axes[2]
-
-        def ball(x: Array, y: Array) -> Array:
-            inside = radius**2 - (x - centre[0]) ** 2 - (y - centre[1]) ** 2
-            return np.where(inside > 0.0, centre[2] - np.sqrt(np.maximum(inside, 0.0)), np.inf)
-
-        return Footprint.from_height(ball, surface)
+        return Footprint.from_height(sphere_height(radius, point + radius * axes[2]), surface)
     slopes = -axes[2, :2] / axes[2, 2]
 
     def plane(x: Array, y: Array) -> Array:

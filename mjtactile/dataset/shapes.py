@@ -6,12 +6,14 @@ Lengths are metres. A shape at size 1 has the dimensions given here; sizes multi
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 from shapely import MultiPolygon, Polygon, affinity
 
+from mjtactile._types import Array
 from mjtactile.errors import IndenterError
 from mjtactile.geometry.indenter import Indenter, body_name, mesh_indenter, sphere
 from mjtactile.geometry.outlines import INDENTER_NAMES, ellipse, punch_outline
@@ -86,6 +88,16 @@ def placed(face: Polygon | MultiPolygon, shift: tuple[float, float], rotation: f
     """An outline [m], rotated counter-clockwise about the origin by `rotation` [rad], then shifted by (x, y) [m]."""
     turned = affinity.rotate(face, rotation, origin=(0, 0), use_radians=True)
     return affinity.translate(turned, *shift)
+
+
+def sphere_height(radius: float, centre: Array) -> Callable[[Array, Array], Array]:
+    """Height [m] of the lower side of a sphere of this radius [m] over (x, y) [m], by its centre [m], (3,)."""
+
+    def height(x: Array, y: Array) -> Array:
+        inside = radius**2 - (x - centre[0]) ** 2 - (y - centre[1]) ** 2
+        return np.where(inside > 0.0, centre[2] - np.sqrt(np.maximum(inside, 0.0)), np.inf)
+
+    return height
 
 
 def shape_indenter(shape: str, size: float = 1.0) -> Indenter:

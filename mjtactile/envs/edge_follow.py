@@ -12,11 +12,12 @@ import shapely
 from shapely import Polygon, affinity
 
 from mjtactile._types import Array, Mask
-from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control, turn_and_press
+from mjtactile.envs.finger import HOVER, FingerTask, finger_spec, press_control, turn_and_press
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.simulation import Rows
-from mjtactile.envs.task import Channel, Task, Told
+from mjtactile.envs.task import Channel, Told
 from mjtactile.errors import EnvError
+from mjtactile.geometry.outlines import turned
 
 #: Speeds at full action [m/s, rad/s] and largest force [N].
 SPEED, TURN_SPEED, FORCE = 0.025, 2.0, 1.0
@@ -32,8 +33,7 @@ _FRICTION = 0.3
 
 
 def _regular(corners: int, radius: float) -> Polygon:
-    turns = 2.0 * np.pi * np.arange(corners) / corners
-    return Polygon(radius * np.column_stack([np.cos(turns), np.sin(turns)]))
+    return Polygon(radius * turned(corners))
 
 
 #: Outlines of the plates [m], convex, counter-clockwise.
@@ -51,7 +51,7 @@ _RIMS = np.array([outline.exterior for outline in PLATES.values()], dtype=object
 _LENGTHS = shapely.length(_RIMS)
 
 
-class EdgeFollow(Task):
+class EdgeFollow(FingerTask):
     """A finger over the rim of one of five plates; plate, position on the rim and orientation are unknown.
 
     The rim is followed counter-clockwise, with the plate on the left. Success: one complete lap.
@@ -60,8 +60,7 @@ class EdgeFollow(Task):
     """
 
     SUMMARY = "Follow the edge of an unknown plate with a pad, counter-clockwise, once around."
-    PADS = (PAD,)
-    TIMESTEP, SUBSTEPS, EPISODE_STEPS = 2e-3, 20, 300
+    EPISODE_STEPS = 300
     ACTIONS = (
         Channel("forward", "-", -1, 1, f"speed along the finger's x axis, up to {SPEED * 1e3:g} mm/s"),
         Channel("left", "-", -1, 1, f"speed along the finger's y axis, up to {SPEED * 1e3:g} mm/s"),
@@ -80,8 +79,6 @@ class EdgeFollow(Task):
         super().__init__(**options)
         count = self.simulation.count
         self._plate = np.zeros(count, dtype=int)
-        # Start of the finger, and its target: x, y [m], rotation [rad]; commanded force [N].
-        self._start, self._target, self._force = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
         # Arc length of the finger on the rim [m], its way along the rim since the start, and the largest way so far.
         self._arc, self._way, self._farthest = np.zeros(count), np.zeros(count), np.zeros(count)
 
@@ -123,10 +120,6 @@ class EdgeFollow(Task):
         self._start[rows] = np.column_stack([place[:, 0] + plates * _SPACING, place[:, 1], turn])
         self._target[rows], self._force[rows] = self._start[rows], 0.0
         self._arc[rows], self._way[rows], self._farthest[rows] = begin, 0.0, 0.0
-
-    def _place(self, rows: Rows) -> None:
-        self.simulation.qpos[rows] = np.column_stack([self._start[rows], np.full(len(rows), HOVER)])
-        self.simulation.ctrl[rows] = np.column_stack([self._start[rows], np.zeros(len(rows))])
 
     def _act(self, actions: Array) -> None:
         heading = self._target[:, 2]

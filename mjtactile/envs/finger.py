@@ -6,12 +6,15 @@ point. At rest, a weak spring holds the finger above the ground.
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.envs.options import TouchOptions
-from mjtactile.envs.task import Channel
+from mjtactile.envs.simulation import Rows
+from mjtactile.envs.task import Channel, Task
 from mjtactile.envs.touch import feel_force, observe_pad
 from mjtactile.sim.pad_geom import add_pad_geom, pad_geoms
 from mjtactile.sim.pad_solid import rise
@@ -90,3 +93,20 @@ def finger_spec(options: TouchOptions, *, timestep: float, friction: float) -> m
     observe_pad(spec, PAD, options)
     feel_force(spec, PAD_FORCE, "finger")
     return spec
+
+
+class FingerTask(Task):
+    """A task of a finger that starts above what it presses on."""
+
+    PADS = (PAD,)
+    TIMESTEP, SUBSTEPS = 2e-3, 20
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        count = self.simulation.count
+        # Start of the finger, and its target: x, y [m], rotation [rad]; commanded force [N].
+        self._start, self._target, self._force = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
+
+    def _place(self, rows: Rows) -> None:
+        self.simulation.qpos[rows] = np.column_stack([self._start[rows], np.full(len(rows), HOVER)])
+        self.simulation.ctrl[rows] = np.column_stack([self._start[rows], np.zeros(len(rows))])

@@ -10,10 +10,10 @@ import mujoco
 import numpy as np
 
 from mjtactile._types import Array, Mask
-from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control, turn_and_press
+from mjtactile.envs.finger import HOVER, FingerTask, finger_spec, press_control, turn_and_press
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.simulation import Rows
-from mjtactile.envs.task import Channel, Task, Told, within
+from mjtactile.envs.task import Channel, Told, within
 from mjtactile.errors import EnvError
 from mjtactile.geometry.indenter import punch
 from mjtactile.geometry.outlines import INDENTER_NAMES
@@ -30,15 +30,14 @@ STEP_COST, RIGHT, WRONG = 0.01, 1.0, -1.0
 _SPACING = 0.05
 
 
-class PressIdentify(Task):
+class PressIdentify(FingerTask):
     """A finger over one of seven punches; shape, position and orientation are unknown.
 
     Options of `reset`: `shape`, the name of the punch; by default it is drawn.
     """
 
     SUMMARY = "Touch an unknown punch, shifted and turned at random, until sure; then answer which of seven it is."
-    PADS = (PAD,)
-    TIMESTEP, SUBSTEPS, EPISODE_STEPS = 2e-3, 20, 100
+    EPISODE_STEPS = 100
     NOISE = 0.05
     ACTIONS = (
         Channel("move x", "-", -1, 1, f"speed of the finger along x, up to {SPEED * 1e3:g} mm/s"),
@@ -64,9 +63,8 @@ class PressIdentify(Task):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         count = self.simulation.count
+        # Index of the shape. The finger's target is relative to its start.
         self._shape = np.zeros(count, dtype=int)
-        # Start of the finger, and its target relative to the start: x, y [m], rotation [rad]; commanded force [N].
-        self._start, self._target, self._force = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
         # Index of the answered shape; -1 for none.
         self._answer = np.full(count, -1)
 
@@ -93,10 +91,6 @@ class PressIdentify(Task):
             self._shape[rows] = INDENTER_NAMES.index(name)
         self._start[rows, 0] += self._shape[rows] * _SPACING
         self._target[rows], self._force[rows], self._answer[rows] = 0.0, 0.0, -1
-
-    def _place(self, rows: Rows) -> None:
-        self.simulation.qpos[rows] = np.column_stack([self._start[rows], np.full(len(rows), HOVER)])
-        self.simulation.ctrl[rows] = np.column_stack([self._start[rows], np.zeros(len(rows))])
 
     def _act(self, actions: Array) -> None:
         reach = np.array([REACH, REACH, TURN_REACH])

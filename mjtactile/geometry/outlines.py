@@ -26,7 +26,7 @@ def ellipse(semi_x: float, semi_y: float) -> Polygon:
     """Ellipse about the origin with these semi-axes along x and y [m], as a polygon of the same area."""
     step = 2.0 * math.pi / SIDES
     same_area = math.sqrt(step / math.sin(step))
-    return Polygon(_turn(SIDES, 0.0) * same_area * (semi_x, semi_y))
+    return Polygon(turned(SIDES) * same_area * (semi_x, semi_y))
 
 
 def punch_outline(name: str) -> Polygon:
@@ -40,7 +40,7 @@ def punch_outline(name: str) -> Polygon:
     return _PUNCHES[name]()
 
 
-def _turn(corners: int, start_deg: float) -> Array:
+def turned(corners: int, start_deg: float = 0.0) -> Array:
     """Unit vectors at equal angles, counter-clockwise from `start_deg`, shape (corners, 2)."""
     angles = math.radians(start_deg) + 2.0 * np.pi * np.arange(corners) / corners
     return np.column_stack([np.cos(angles), np.sin(angles)])
@@ -59,7 +59,7 @@ def _ellipse() -> Polygon:
 
 
 def _octagon() -> Polygon:
-    return Polygon(_HALF_BOX / math.cos(math.pi / 8) * _turn(8, 22.5))
+    return Polygon(_HALF_BOX / math.cos(math.pi / 8) * turned(8, 22.5))
 
 
 def _square() -> Polygon:
@@ -69,11 +69,11 @@ def _square() -> Polygon:
 
 def _star() -> Polygon:
     radii = np.tile([_HALF_BOX, _STAR_INNER_RADIUS], 5)
-    return Polygon(radii[:, None] * _turn(10, 90.0))
+    return Polygon(radii[:, None] * turned(10, 90.0))
 
 
 def _triangle() -> Polygon:
-    return Polygon(2.0 * _HALF_BOX / math.sqrt(3.0) * _turn(3, 90.0))
+    return Polygon(2.0 * _HALF_BOX / math.sqrt(3.0) * turned(3, 90.0))
 
 
 _PUNCHES: dict[str, Callable[[], Polygon]] = {

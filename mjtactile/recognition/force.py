@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.recognition.symmetry import Mirrors
 from mjtactile.recognition.wrench import EstimatedWrenches, WrenchRecogniser
 
 #: Standard deviation of the direction at which the confidence is one half [rad].
@@ -74,13 +73,3 @@ class ForceRecogniser(WrenchRecogniser[ForceResult]):
             (found.pressing_deviation * found.pressing * slant).reshape(batch),
             found.position_deviation.reshape(batch),
         )
-
-    def from_projected(self, projected: np.ndarray, left: np.ndarray) -> ForceResult:
-        """Recognise from readings that were mirrored into the octant and projected before.
-
-        Args:
-            projected: projections, (n, parts) [Pa].
-            left: sums of squares of the residuals, (n,) [Pa^2].
-        """
-        none = np.zeros(len(projected), dtype=bool)
-        return self.from_seen(self.view.seen(projected, left, Mirrors(none, none, none)), (len(projected),))

@@ -67,24 +67,6 @@ class PoseModule:
         return scaled.astype(np.float64) * self.scale + self.mean
 
 
-def orientation_targets(shapes: np.ndarray, rotations: Array, mirrors: Mirrors) -> Array:
-    """Training targets of an orientation module, in the octant, (presses, 2 orders).
-
-    Args:
-        shapes: name of each press's shape, (presses,).
-        rotations: rotation of each shape on the pad [rad], (presses,).
-        mirrors: how each press was mirrored.
-    """
-    order = np.array([SYMMETRY.get(shape, (0, 0.0))[0] for shape in shapes])
-    line = np.array([SYMMETRY.get(shape, (0, 0.0))[1] for shape in shapes])
-    angle = mirrors.angles(rotations + line)
-    out = np.zeros((len(shapes), 2 * len(ORDERS)))
-    for k, n in enumerate(ORDERS):
-        out[:, 2 * k] = np.where(order == n, np.cos(n * angle), 0.0)
-        out[:, 2 * k + 1] = np.where(order == n, np.sin(n * angle), 0.0)
-    return out
-
-
 def rotation_of(shape: str, values: Array, mirrors: Mirrors) -> Array:
     """Rotations of a shape on the pad [rad], (n,), from 0 to a full turn divided by the order of the shape's symmetry.
 

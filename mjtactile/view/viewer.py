@@ -95,11 +95,6 @@ class Viewer:
         name = f"[{host}]" if ":" in host else host
         return f"http://{'localhost' if host in ('0.0.0.0', '::') else name}:{self._server.get_port()}"
 
-    @property
-    def watched(self) -> bool:
-        """Whether a browser is connected."""
-        return self._watchers > 0
-
     def sync(self) -> None:
         """Show the current state and execute the requests of the page's users; call it after each step."""
         if self._watchers or self.controls.recording:

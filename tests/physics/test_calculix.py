@@ -16,8 +16,9 @@ import pytest
 from bonded_layer import ball_rule
 from quarter_pad import Ball, IsotropicSolid, QuarterPad, graded
 from shapely import Polygon, affinity
+from small_pads import without_tables
 
-from mjtactile.cli.benchmarks.direct import relative_difference, solve, without_tables
+from mjtactile.cli.benchmarks.direct import relative_difference, solve
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.fidelity import MESHES, MeshDensity

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from shapely import Polygon
+from small_pads import without_tables
 
-from mjtactile.cli.benchmarks.direct import Response, relative_difference, solve, without_tables
+from mjtactile.cli.benchmarks.direct import Response, relative_difference, solve
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.fidelity import MeshDensity

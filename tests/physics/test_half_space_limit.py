@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from closed_forms import disc_stress_on_axis, disc_surface_sinking
 from shapely import Point
+from small_pads import without_tables
 
-from mjtactile.cli.benchmarks.direct import solve, without_tables
+from mjtactile.cli.benchmarks.direct import solve
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.fidelity import MeshDensity

@@ -10,10 +10,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.sparse.linalg
-from small_pads import COARSE, LAYERED_PAD, in_double_precision
+from small_pads import COARSE, LAYERED_PAD, in_double_precision, without_tables
 
 from mjtactile._types import Array
-from mjtactile.cli.benchmarks.direct import relative_difference, solve, without_tables
+from mjtactile.cli.benchmarks.direct import relative_difference, solve
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.fem.block_elimination import EliminatedSheet

@@ -20,9 +20,8 @@ from mjtactile.fem.stiffness import PARITIES, Parity, assemble, free_in_plane
 from mjtactile.fem.stress import StressSampler, von_mises
 from mjtactile.fem.symmetry import QUADRANT_SIGNS, fold_forces, unfold_field
 from mjtactile.fem.taxel_quadrature import layer_sampling
-from mjtactile.fidelity import Fidelity, MeshDensity
+from mjtactile.fidelity import MeshDensity
 from mjtactile.influence.build import available_cores
-from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad
 
@@ -44,18 +43,13 @@ class Response(NamedTuple):
     base_reaction: Array
 
 
-def without_tables(pad: Pad, density: MeshDensity) -> InfluenceMatrices:
-    """Influence matrices without tables. They have a pad and its surface grid, enough to find footprints and loads."""
-    return InfluenceMatrices(pad, Fidelity(mesh=density), {})
-
-
 def solve(pad: Pad, density: MeshDensity, loads: Sequence[SurfaceLoad], *, threads: int | None = None) -> Response:
     """Solve the finite elements of a pad for some loads.
 
     Args:
         pad: the pad that is pressed.
         density: density of the mesh.
-        loads: tractions on the surface grid of the same mesh, as `without_tables` gives it.
+        loads: tractions on the surface grid of the same mesh.
         threads: threads that work at once, at most four; by default one per core.
     """
     mesh = sheet_mesh(pad, density)

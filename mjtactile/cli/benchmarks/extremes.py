@@ -25,13 +25,12 @@ from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.wrench_basis import WrenchBasis
 from mjtactile.errors import ContactWarning, MjTactileError
+from mjtactile.experiments.markdown import markdown_table
 from mjtactile.fem.block_elimination import EliminatedSheet
 from mjtactile.fem.mesh import sheet_mesh
 from mjtactile.fem.stiffness import PARITIES, assemble, free_in_plane
-from mjtactile.fem.taxel_quadrature import layer_sampling, sampling_tables
 from mjtactile.fidelity import Fidelity, MeshDensity, mesh_density
-from mjtactile.influence.build import build_tables
-from mjtactile.influence.cache import influence_matrices
+from mjtactile.influence.cache import build_influence, influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Layer, Pad, TaxelGrid
@@ -70,11 +69,11 @@ def extremes_benchmark() -> list[dict[str, Any]]:
 
 def extremes_table(result: list[dict[str, Any]]) -> str:
     """The benchmark's result as a Markdown table."""
-    lines = ["| asked | what comes out | off by | against |", "|---|---|---|---|"]
-    for row in result:
-        off = "-" if row["off"] is None else f"{row['off']:.1e}"
-        lines.append(f"| {row['asked']} | {row['outcome']} | {off} | {row['truth']} |")
-    return "\n".join(lines)
+    rows = (
+        [row["asked"], row["outcome"], "-" if row["off"] is None else f"{row['off']:.1e}", row["truth"]]
+        for row in result
+    )
+    return markdown_table(["asked", "what comes out", "off by", "against"], rows)
 
 
 def attempt(asked: str, truth: str, run: Callable[[], tuple[str, float | None]]) -> Row:
@@ -158,16 +157,7 @@ def size_rows(cases: dict[str, Any]) -> Iterator[Row]:
 
 def build(pad: Pad, density: MeshDensity, precision: str = "float64") -> InfluenceMatrices:
     """Influence matrices of a pad, by default in double precision. They are not kept in the cache."""
-    from mjtactile.influence.stress_matrix import stored_matrix
-
-    tables: dict[str, Any] = {}
-    for k in range(len(pad.depths)):
-        tables |= sampling_tables(layer_sampling(pad, k, density.points_at(k)), k)
-    for of_class in build_tables(pad, density, dtype=np.float64):
-        for name, table in of_class.items():
-            whole = name.startswith("compliance")
-            tables |= {name: table} if whole else stored_matrix(name, (table,), precision)
-    return InfluenceMatrices(pad, Fidelity(mesh=density, precision=precision), tables)
+    return build_influence(pad, Fidelity(mesh=density, precision=precision), progress=False)
 
 
 def solution_error(pad: Pad, density: MeshDensity) -> float:

@@ -26,6 +26,7 @@ from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import MjTactileError
+from mjtactile.experiments.markdown import markdown_table
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity
 from mjtactile.geometry.indenter import convex_pieces, indenter_outline
 from mjtactile.geometry.outlines import punch_outline
@@ -437,22 +438,23 @@ def plugin_table(result: dict[str, Any]) -> str:
     """The result of `plugin_benchmark` as a Markdown table."""
     rows = {row["name"]: row["added_s"] for row in result["rows"]}
     yardsticks = {shape: rows[f"MuJoCo `<tactile>`, {shape}"] for shape in ("box", "star")}
-    lines = [
-        "| scene | added to a step | over `<tactile>`, box | over `<tactile>`, same punch | over `proportional` |",
-        "| --- | --- | --- | --- | --- |",
+    titles = [
+        "scene",
+        "added to a step",
+        "over `<tactile>`, box",
+        "over `<tactile>`, same punch",
+        "over `proportional`",
     ]
+    lines = []
     for name, added in rows.items():
         same = yardsticks["star" if "star" in name else "box"]
         beside = "-" if any(other in name for other in (*BODIES, _PYTHON)) else f"{added / same:.2f} x"
         plain = next((rows[name.replace(way, ", ")] for way in _WAYS if way in name), None)
         over_plain = "-" if plain is None else f"{added / plain:.2f} x"
-        times = f"{added * 1e6:.1f} us | {added / yardsticks['box']:.2f} x"
-        lines.append(f"| {name} | {times} | {beside} | {over_plain} |")
+        lines.append([name, f"{added * 1e6:.1f} us", f"{added / yardsticks['box']:.2f} x", beside, over_plain])
     batch = result["batch"]
     if batch["available"]:
         bits = "the same bits as" if batch["same_bits"] else "OTHER BITS THAN"
-        lines.append(
-            f"| `mujoco.batch`, {batch['simulations']} moving scenes, two threads over one | "
-            f"{batch['speed_up']:.2f} x as fast, {bits} a plain loop | - | - | - |"
-        )
-    return "\n".join(lines)
+        name = f"`mujoco.batch`, {batch['simulations']} moving scenes, two threads over one"
+        lines.append([name, f"{batch['speed_up']:.2f} x as fast, {bits} a plain loop", *["-"] * 3])
+    return markdown_table(titles, lines)

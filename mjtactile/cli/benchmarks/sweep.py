@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from mjtactile.contact.laws import BY_NAME
@@ -47,12 +47,6 @@ class Choice:
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
         return {**asdict(self), "points": list(self.points)}
-
-    @classmethod
-    def from_dict(cls, values: dict[str, Any]) -> Choice:
-        """The choice that a measured row is about; `values` may hold other keys as well."""
-        # Old rows do not name averaging and loads, which had one value each.
-        return cls(**{field.name: _fixed(values[field.name]) for field in fields(cls) if field.name in values})
 
     @classmethod
     def of(cls, fidelity: Fidelity) -> Choice:
@@ -124,5 +118,5 @@ def _around_presets(around: dict[str, dict[str, list[Any]]]) -> Iterator[Choice]
 
 
 def _fixed(value: Any) -> Any:
-    """A value from TOML or JSON, with a tuple for a list."""
+    """A value from TOML, with a tuple for a list."""
     return tuple(value) if isinstance(value, list) else value

@@ -22,25 +22,18 @@ from mjtactile.sim.assets import asset_path
 
 def mesh_table(result: dict[str, Any]) -> str:
     """The result of `mesh.mesh_benchmark` as a Markdown table."""
-    lines = [
-        "| mesh | build | table | peak memory | load | update, new footprint | update, same footprint "
-        f"| error against {result['reference']}: median (worst) |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
+    titles = ["mesh", "build", "table", "peak memory", "load", "update, new footprint", "update, same footprint"]
+    rows = []
     for name, row in result["meshes"].items():
         errors = list(row["errors"].values())
         error = "-" if name == result["reference"] else f"{np.median(errors):.2%} ({max(errors):.2%})"
-        lines.append(
-            f"| {name} | {row['build_s']:.1f} s | {row['table_bytes'] / 1e6:.0f} MB "
-            f"| {row['peak_memory_bytes'] / 1e9:.2f} GB | {row['load_s'] * 1e3:.0f} ms "
-            f"| {row['new_footprint_s'] * 1e3:.1f} ms | {row['same_footprint_s'] * 1e3:.1f} ms | {error} |"
-        )
-    lines.append(
-        f"| MuJoCo {result['mujoco_version']} `<tactile>`, 676 points | - | - | - | - "
-        f"| {result['mujoco_tactile_s'] * 1e3:.3f} ms | {result['mujoco_tactile_s'] * 1e3:.3f} ms "
-        "| penetration depth, no stress |"
-    )
-    return "\n".join(lines)
+        sizes = [f"{row['table_bytes'] / 1e6:.0f} MB", f"{row['peak_memory_bytes'] / 1e9:.2f} GB"]
+        times = [f"{row[f'{kind}_footprint_s'] * 1e3:.1f} ms" for kind in ("new", "same")]
+        rows.append([name, f"{row['build_s']:.1f} s", *sizes, f"{row['load_s'] * 1e3:.0f} ms", *times, error])
+    tactile = f"MuJoCo {result['mujoco_version']} `<tactile>`, 676 points"
+    times = [f"{result['mujoco_tactile_s'] * 1e3:.3f} ms"] * 2
+    rows.append([tactile, *["-"] * 4, *times, "penetration depth, no stress"])
+    return markdown_table([*titles, f"error against {result['reference']}: median (worst)"], rows)
 
 
 def table_on_page(path: Path | None, name: str) -> Callable[[str], None]:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import mujoco
 
+from mjtactile._progress import progress_bar
 from mjtactile.cli.benchmarks.cases import calculix_cases, press_case
 from mjtactile.cli.benchmarks.direct import solve
 from mjtactile.cli.benchmarks.measure import Bench, measure, one_core
@@ -77,9 +78,8 @@ def _direct_time(mesh: str, bench: Bench) -> float:
         return time.perf_counter() - start
 
 
-def _tracked(choices: Sequence[Choice], progress: bool) -> Iterable[Choice]:
-    from rich.console import Console
-    from rich.progress import track
-
-    console = Console(stderr=True)
-    return track(choices, "measuring", console=console, transient=True, disable=not (progress and console.is_terminal))
+def _tracked(choices: Sequence[Choice], progress: bool) -> Iterator[Choice]:
+    with progress_bar("measuring", len(choices), wanted=progress) as advance:
+        for choice in choices:
+            yield choice
+            advance(1)
