@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 
 import mujoco
 import numpy as np
@@ -11,8 +10,9 @@ import numpy as np
 from mjtactile._types import Array
 from mjtactile.dataset.sampling import OutlinePresses
 from mjtactile.dataset.shapes import shape_indenter
-from mjtactile.errors import ContactWarning, SceneError
+from mjtactile.errors import SceneError
 from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.plugin.health import quiet_contacts
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.press_scene import press, press_scene
 from mjtactile.sim.wrench import centre_of_pressure
@@ -45,8 +45,7 @@ def mujoco_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> tu
         sensor = TactileSensor(model, influence=influence, law=presses.law, tangential=presses.tangential)
         for direction, magnitude in zip(pose.directions, pose.magnitudes, strict=True):
             data = mujoco.MjData(model)
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", ContactWarning)
+            with quiet_contacts():
                 reading, wrench = _settled(model, data, sensor, direction * magnitude)
             readings.append(reading)
             forces.append(wrench[:3])

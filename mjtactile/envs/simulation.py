@@ -5,15 +5,14 @@ Tasks read and write these arrays only, so the same code gives identical results
 
 from __future__ import annotations
 
-import warnings
-from typing import Any, Protocol
+from typing import Protocol
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array
-from mjtactile.errors import ContactWarning
+from mjtactile.plugin.health import quiet_contacts
 
 #: Indices of some of the simulations, shape (k,).
 Rows = npt.NDArray[np.int32]
@@ -200,17 +199,3 @@ class BatchSimulations:
         self._drawn[row] = model, data
         mujoco.mj_forward(model, data)
         return model, data
-
-
-class quiet_contacts:  # noqa: N801  a context manager, named as one
-    """Suppress warnings about contacts beyond the linear range: agents that explore press too hard at times."""
-
-    def __init__(self) -> None:
-        self._caught: Any = warnings.catch_warnings()
-
-    def __enter__(self) -> None:
-        self._caught.__enter__()
-        warnings.simplefilter("ignore", ContactWarning)
-
-    def __exit__(self, *error: object) -> None:
-        self._caught.__exit__(*error)

@@ -1,7 +1,8 @@
-"""Warnings and counts of the compiled core, passed to Python after the step, each warning once.
+"""Warnings and counts of the compiled core, passed to Python after the step.
 
 The core never calls Python during a step. It schedules a call for the next time that Python runs, which issues one
-warning for every pad, body and kind. All occurrences are counted (`Health`) and reported at the end of the process.
+warning for every pad, body and kind in a simulation. Of equal warnings Python shows what its filters say: by default
+the first. All occurrences are counted (`Health`), and those in other simulations reported at the end of the process.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ import sys
 import threading
 import warnings
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -45,6 +48,7 @@ class Health(NamedTuple):
         approximated: contacts for which no solution of the law, or of its shear, was found; they have a simpler answer.
         refused: contacts that could not be solved.
         resized: readings while the pad's geom had another size than the pad, which has to keep its size.
+        behind: contacts with the pad's back, which reads nothing.
         slow: readings that took more than 1 ms.
         very_slow: readings that took more than 5 ms.
         slowest: longest reading [s].
@@ -56,6 +60,7 @@ class Health(NamedTuple):
     approximated: int
     refused: int
     resized: int
+    behind: int
     slow: int
     very_slow: int
     slowest: float
@@ -91,6 +96,7 @@ class Names:
 _names: dict[int, Names] = {}
 _numbers = itertools.count(1)
 _warned: Counter[str] = Counter()
+_quiet = threading.local()
 _lock = threading.Lock()
 
 
@@ -119,7 +125,20 @@ def set_warnings(enabled: bool) -> None:
     _enabled = of_type(bool, "enabled", enabled, SceneError)
 
 
-def deliver(library: ctypes.CDLL) -> None:
+@contextmanager
+def quiet_contacts() -> Iterator[None]:
+    """Neither show nor count warnings about contacts that come up meanwhile in this thread."""
+    before = getattr(_quiet, "now", False)
+    _quiet.now = True
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ContactWarning)
+            yield
+    finally:
+        _quiet.now = before
+
+
+def deliver(library: ctypes.CDLL, stacklevel: int) -> None:
     """Issue warnings for everything the core has noted since the last call.
 
     If warnings are errors, the first is raised after the queue is empty, because remaining notes would be attributed to
@@ -127,24 +146,23 @@ def deliver(library: ctypes.CDLL) -> None:
 
     Args:
         library: the compiled core.
+        stacklevel: of the code that the warnings point at, as for `warnings.warn`, counted from the caller.
 
     Warns:
-        ContactWarning: once for every pad, body and kind of problem.
+        ContactWarning: once for every pad, body and kind of problem in a simulation.
     """
     note, fresh = Note(), []
     while library.mjt_plugin_next_note(ctypes.byref(note)):
         names = _names.get(int(note.context))
-        if names is None or not _enabled:
+        if names is None or not _enabled or getattr(_quiet, "now", False):
             continue
-        text = message(names, note)
+        fresh.append(message(names, note))
         with _lock:
-            _warned[text] += 1
-            if _warned[text] == 1:
-                fresh.append(text)
+            _warned[fresh[-1]] += 1
     raised: ContactWarning | None = None
     for text in fresh:
         try:
-            warnings.warn(text, ContactWarning, stacklevel=2)
+            warnings.warn(text, ContactWarning, stacklevel=stacklevel + 1)
         except ContactWarning as error:
             if raised is None:
                 raised = error
@@ -173,6 +191,8 @@ def message(names: Names, note: Note) -> str:
         "contact force is not finite.",
         f"pad '{names.pad}': its geom has changed its size since the simulation was made. The tables are those of the "
         "first size. Leave geom_size of pads as it is, or make a model for each size.",
+        f"{who}: it presses on the pad's back, where nothing is read. The sensing surface is on the pad's +z side. "
+        "Turn the pad by `quat` if it faces the wrong way.",
     )[int(note.event)]
 
 
@@ -181,7 +201,6 @@ def _tell_counts() -> None:
     again = sum(_warned.values()) - len(_warned)
     if _enabled and again > 0:
         print(
-            f"mjtactile: {len(_warned)} contact warnings, shown once each, came up {again} more times in other "
-            "simulations.",
+            f"mjtactile: {len(_warned)} contact warnings came up {again} more times in other simulations.",
             file=sys.stderr,
         )

@@ -82,6 +82,7 @@ class NativeReader:
 
         Warns:
             ContactWarning: the surface cannot carry a contact, or strains are not small; once for every body and kind.
+                It points at the caller's caller.
         """
         pad, surface = self._how.influence.pad, self._how.influence.surface
         readings = np.empty(pad.reading_shape)
@@ -99,7 +100,7 @@ class NativeReader:
                 pointer(carried),
                 pointer(state),
             )
-        deliver(library())
+        deliver(library(), 3)
         return Found(readings, nodal, wrench, carried, *(float(number) for number in state))
 
     def health(self) -> Health:

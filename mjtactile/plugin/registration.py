@@ -106,7 +106,7 @@ def _release(context: int) -> None:
 @_Deliver
 def _deliver(_: int | None) -> int:
     try:
-        deliver(library())
+        deliver(library(), 2)  # at the code that runs now
     except Warning as error:  # if warnings are errors; a callback of the interpreter cannot raise them
         for text in (str(error), *getattr(error, "__notes__", ())):
             print(f"{type(error).__name__}: {text}", file=sys.stderr)

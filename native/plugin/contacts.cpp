@@ -201,6 +201,7 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
   set_aside(sleeps ? field<const int*>(data, layout.data_body_awake) : nullptr, bodies[pieces.front()]);
   count = 0;
   beside_.clear();
+  behind.clear();
   std::fill(wrench, wrench + 6, 0.0);
   const int contacts = field<int>(data, layout.data_ncon);
   const char* contact = field<const char*>(data, layout.data_contact);
@@ -225,6 +226,7 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
     double out[3];
     normal_at(surface, seen.point, out);
     const double upright = dot(out, seen.out_of_pad), pressing = -dot(out, seen.wrench);
+    if (upright < -kLeastUpright) behind.push_back(body);
     if (upright < kLeastUpright) {
       beside_.push_back({body, {}});
       std::copy(seen.wrench, seen.wrench + 6, beside_.back().wrench);

@@ -30,6 +30,7 @@ class Contacts {
   std::vector<Touch> touches;
   std::size_t count = 0;
   double wrench[6];    // of all contacts [N, N m], pad frame, about its origin
+  std::vector<int> behind;   // bodies that press on the pad's back, one for each contact
 
   // Gather the contacts of a state. A contact whose normal leans far from that of the outer surface presses on a side
   // of the pad or on its rim from beside. Such contacts, and those that do not press, count in the wrench only.

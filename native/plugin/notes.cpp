@@ -8,10 +8,10 @@ namespace {
 // Queue of warnings until Python fetches them. It may be used from several threads.
 class Notes {
  public:
-  void add(const mjt_note& note) {
+  void add(const mjt_note& note, bool calls) {
     const std::lock_guard<std::mutex> lock(mutex_);
     waiting_.push_back(note);
-    if (!scheduled_ && python_runs) scheduled_ = python.schedule(python.deliver, nullptr) == 0;
+    if (calls && !scheduled_ && python_runs) scheduled_ = python.schedule(python.deliver, nullptr) == 0;
   }
   bool next(mjt_note& note) {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -48,7 +48,7 @@ void Context::warn(const Pressed::Note& note) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!warned_.insert({note.event, note.body}).second) return;
   }
-  notes().add({number_, static_cast<int>(note.event), note.body, note.pressure, note.indentation});
+  notes().add({number_, static_cast<int>(note.event), note.body, note.pressure, note.indentation}, calls_);
 }
 
 }  // namespace mjtactile::mujoco

@@ -23,7 +23,8 @@ bool next_note(mjt_note& note);
 // Python's part of an instance, which copies of a simulation share, and the warnings that were given for it.
 class Context {
  public:
-  explicit Context(std::int64_t number) : number_(number) {}
+  // `calls`: whether Python is called to fetch warnings. Otherwise it fetches them itself after each reading.
+  Context(std::int64_t number, bool calls) : number_(number), calls_(calls) {}
   ~Context();
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
@@ -33,6 +34,7 @@ class Context {
 
  private:
   const std::int64_t number_;
+  const bool calls_;
   std::mutex mutex_;
   std::set<std::pair<Event, int>> warned_;
 };

@@ -105,7 +105,7 @@ int init(const Model* model, Data* data, int instance) {
     return -1;
   }
   auto made = std::make_unique<Instance>(resolved, geom, std::move(addresses),
-                                         std::make_shared<Context>(resolved.context));
+                                         std::make_shared<Context>(resolved.context, true));
   made->prepare(model);
   simulations().keep(data, instance, std::move(made));
   return 0;
@@ -167,7 +167,7 @@ struct mjt_reader {
 };
 
 mjt_reader* mjt_reader_new(const mjt_instance* instance, int geom) {
-  return new mjt_reader{Reader(*instance, geom, std::make_shared<Context>(instance->context))};
+  return new mjt_reader{Reader(*instance, geom, std::make_shared<Context>(instance->context, false))};
 }
 
 void mjt_reader_read(mjt_reader* reader, const void* model, const void* data, double* readings, double* stress,

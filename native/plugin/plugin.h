@@ -23,8 +23,8 @@ typedef struct mjt_instance {
 } mjt_instance;
 
 /* A warning, given once for every sensor, body and event. Events: 0 beyond the range of small strains, 1 not carried,
-   2 approximated, 3 refused, 4 the pad was resized (see Event). Body -1: a flex, or for event 4 none. Pressure [Pa],
-   indentation [m]. */
+   2 approximated, 3 refused, 4 the pad was resized, 5 the body is behind the pad (see Event). Body -1: a flex, or
+   for event 4 none. Pressure [Pa], indentation [m]. */
 typedef struct mjt_note {
   int64_t context;
   int event, body;
@@ -53,9 +53,9 @@ MJT_API void mjt_plugin_leave(void);
 MJT_API int mjt_plugin_next_note(mjt_note* note);
 
 /* Counts of one sensor in one simulation since it was made: readings with contact; contacts beyond the range, not
-   carried, approximated, refused; readings by a pad whose geom was resized; readings that took over 1 ms, over 5 ms;
-   and the longest [s]. Returns 0 if there is no such sensor. */
-enum { MJT_HEALTH = 9 };
+   carried, approximated, refused; readings by a pad whose geom was resized; contacts with the pad's back; readings that
+   took over 1 ms, over 5 ms; and the longest [s]. Returns 0 if there is no such sensor. */
+enum { MJT_HEALTH = 10 };
 MJT_API int mjt_plugin_health(const void* data, int instance, double* health);
 
 /* A pad of a model that is read without a sensor. Results: readings (taxels), stress (6, taxels), nodal forces (nodes

@@ -35,6 +35,7 @@ void Reader::read(const Model* model, const Data* data, const Steadiness& before
   // The last contacts do not belong to a simulation that was reset or set to a state without contact.
   const bool touched = before.pose != 0.0 || before.steps != 0.0;
   contacts_.gather(running.layout, running.functions, model, data, pieces_, pad_->outer(), touched);
+  for (const int body : contacts_.behind) tell({Event::behind, body, 0.0, 0.0});
   if (!press) return;
   const auto start = std::chrono::steady_clock::now();
   for (std::size_t i = 0; i < contacts_.count; ++i) {

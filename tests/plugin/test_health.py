@@ -8,6 +8,7 @@ import pytest
 
 import mjtactile
 from mjtactile.errors import ContactWarning, SceneError
+from mjtactile.plugin import health
 
 SCENE = """<mujoco><option timestep="0.001"/><worldbody><body name="finger"/>
   <body name="anvil" pos="0 0 0.0049"><freejoint/><geom type="box" size="0.004 0.003 0.005" mass="{mass}"/></body>
@@ -25,10 +26,10 @@ def pressed(mass: float, steps: int = 20, *, name: str = "ff") -> tuple[mujoco.M
 
 def test_health_counts_readings_with_contact_of_one_simulation():
     model, data = pressed(0.02)
-    health = mjtactile.plugin_health(model, data, "ff")
-    assert health.readings == 20
-    assert (health.beyond_range, health.not_carried, health.approximated, health.refused) == (0, 0, 0, 0)
-    assert health.slowest > 0.0
+    found = mjtactile.plugin_health(model, data, "ff")
+    assert found.readings == 20
+    assert (found.beyond_range, found.not_carried, found.approximated, found.refused) == (0, 0, 0, 0)
+    assert found.slowest > 0.0
     assert mjtactile.plugin_health(model, mujoco.MjData(model), "ff").readings == 0
 
 
@@ -55,25 +56,68 @@ def test_shear_that_sticks_is_found_on_every_cell(name, fidelity):
     for way in (1, -1, 1, -1):
         data.ctrl[:] = -1.0, way * 0.01
         mujoco.mj_step(model, data, 100)
-    health = mjtactile.plugin_health(model, data, "ff")
-    assert health.readings >= 350
-    assert (health.approximated, health.refused) == (0, 0)
+    found = mjtactile.plugin_health(model, data, "ff")
+    assert found.readings >= 350
+    assert (found.approximated, found.refused) == (0, 0)
 
 
+@pytest.mark.parametrize("again", [False, True])
 @pytest.mark.parametrize("enabled", [True, False])
-def test_contacts_beyond_small_strains_are_counted_and_warned_of_once_if_wanted(enabled):
-    """A process warns once of a pad and a body, so the pad has a name of this test only."""
-    name = f"warned_{enabled}"
+def test_contacts_beyond_small_strains_are_counted_and_warned_of_once_if_wanted(enabled, again):
+    """Once in every simulation; `again` is another one with equal names, whose warnings are told as well."""
     mjtactile.set_warnings(enabled)
     try:
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always")
-            model, data = pressed(100.0, name=name)
+            model, data = pressed(100.0, name="warned")
     finally:
         mjtactile.set_warnings(True)
-    assert mjtactile.plugin_health(model, data, name).beyond_range > 1
+    assert mjtactile.plugin_health(model, data, "warned").beyond_range > 1
     strains = [one for one in told if issubclass(one.category, ContactWarning) and "'anvil'" in str(one.message)]
     assert len([one for one in strains if "no longer small" in str(one.message)]) == int(enabled)
+    assert {one.filename for one in strains} <= {__file__}
+
+
+def test_by_default_equal_warnings_of_further_simulations_are_not_shown():
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("default")
+        for _ in range(3):
+            pressed(100.0, name="repeated")
+    assert len([one for one in told if "no longer small" in str(one.message)]) == 1
+
+
+def test_while_contacts_are_to_be_quiet_nothing_is_told_or_counted():
+    counted = sum(health._warned.values())
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        with health.quiet_contacts():
+            pressed(100.0, name="silent")
+    assert not told
+    assert sum(health._warned.values()) == counted
+
+
+def test_a_reading_that_is_asked_for_raises_its_warning_if_warnings_are_errors():
+    model, data = pressed(100.0)
+    sensor = mjtactile.TactileSensor(model, geom="ff_pad", fidelity="fast")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(ContactWarning, match="no longer small"):
+            sensor.read(data)
+
+
+@pytest.mark.parametrize("output", ["von_mises", "wrench"])
+def test_a_pad_that_faces_the_wrong_way_is_told(output):
+    spec = mujoco.MjSpec.from_string(SCENE.format(mass=0.05))
+    mjtactile.attach_pad(
+        spec, body="finger", name="ff", fidelity="fast", output=output, pos=(0, 0, -0.005), quat=(0, 1, 0, 0)
+    )
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    with pytest.warns(ContactWarning, match="body 'anvil': it presses on the pad's back.*[+]z side"):
+        mujoco.mj_step(model, data, 20)
+    assert mjtactile.plugin_health(model, data, "ff").behind >= 20
+    if output == "von_mises":
+        assert not data.sensor("ff").data.any()
 
 
 def test_warnings_as_errors_leave_nothing_to_be_told_of_the_next_model(capfd):

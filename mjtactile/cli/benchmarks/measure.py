@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -18,11 +17,11 @@ from mjtactile.cli.benchmarks.direct import relative_difference
 from mjtactile.cli.benchmarks.sweep import Choice, preset_of
 from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.contact.wrench_basis import WrenchBasis
-from mjtactile.errors import ContactWarning
 from mjtactile.influence.cache import cached_path, influence_matrices, stored_path
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad
+from mjtactile.plugin.health import quiet_contacts
 from mjtactile.units import MILLIMETRE
 
 #: Wrenches applied to a footprint before its wrench basis is timed.
@@ -67,8 +66,7 @@ class Bench:
 @contextmanager
 def one_core() -> Iterator[None]:
     """Context in which linear algebra uses one core, and contact warnings are suppressed."""
-    with threadpool_limits(limits=1), warnings.catch_warnings():
-        warnings.simplefilter("ignore", ContactWarning)
+    with threadpool_limits(limits=1), quiet_contacts():
         yield
 
 

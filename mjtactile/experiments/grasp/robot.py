@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 
 import mujoco
 
-from mjtactile.errors import ContactWarning
 from mjtactile.experiments.grasp.known import PadLoads
 from mjtactile.experiments.grasp.scene import open_gripper
 from mjtactile.experiments.grasp.touch import TouchSense
 from mjtactile.experiments.hands.gripper import GRIP_LIMIT
+from mjtactile.plugin.health import quiet_contacts
 
 #: Default number of MuJoCo steps per tick: control and touch at 250 Hz.
 STEPS_PER_TICK = 4
@@ -65,9 +64,8 @@ class Robot:
     def tick(self) -> PadLoads:
         """Advance one period with the present commands and return the loads on the pads."""
         self.data.ctrl[self._grip] = min(self.grip, GRIP_LIMIT)
-        with warnings.catch_warnings():
-            # An object that rocks for a moment presses with an edge. The nearest load that a face carries is read then.
-            warnings.simplefilter("ignore", ContactWarning)
+        # An object that rocks for a moment presses with an edge. The nearest load that a face carries is read then.
+        with quiet_contacts():
             for step in range(self.steps_per_tick):
                 reads = self._touch.reads and step == self.steps_per_tick - 1
                 self.model.opt.disableflags = 0 if reads else _NO_SENSORS

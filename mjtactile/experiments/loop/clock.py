@@ -5,7 +5,6 @@ The controller gets only a `Recognised`. The true wrench is logged for evaluatio
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import perf_counter
@@ -14,10 +13,11 @@ import mujoco
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.errors import ContactWarning, MjTactileError
+from mjtactile.errors import MjTactileError
 from mjtactile.experiments.loop.known import Recognised, home
 from mjtactile.experiments.loop.scene import AXES, TIMESTEP, LoopScene
 from mjtactile.fidelity import DEFAULT
+from mjtactile.plugin.health import quiet_contacts
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser
 from mjtactile.sensor import TactileSensor
 from mjtactile.transducer.array import Transducer
@@ -138,9 +138,8 @@ class Loop:
         for _ in range(self._every):
             mujoco.mj_step(self.scene.model, self.data)
         stepped = perf_counter()
-        with warnings.catch_warnings():
-            # A punch that rocks for a moment may press with an edge. The nearest load that its face carries is read.
-            warnings.simplefilter("ignore", ContactWarning)
+        # A punch that rocks for a moment may press with an edge. The nearest load that its face carries is read.
+        with quiet_contacts():
             readings = self.sensor.read(self.data)
         read = perf_counter()
         self.readings = self._as_reported(readings)

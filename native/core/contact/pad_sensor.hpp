@@ -70,9 +70,9 @@ struct Steadiness {
 
 // What happened to a body's contact: its strains are beyond the linear range; it carries only a part of the wrench; the
 // law found no solution, and a simpler distribution carries the wrench; or it was refused and carries nothing. And what
-// happened to the pad: its geom no longer has the size for which its tables were built.
-enum class Event { beyond_range, not_carried, approximated, refused, resized };
-constexpr std::size_t kEvents = 5;
+// happened to the pad: its geom no longer has the size for which its tables were built; or a body touches its back.
+enum class Event { beyond_range, not_carried, approximated, refused, resized, behind };
+constexpr std::size_t kEvents = 6;
 
 // Summary of one step's contacts.
 struct Pressed {
