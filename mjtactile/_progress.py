@@ -9,6 +9,8 @@ from contextlib import contextmanager
 
 #: Time between lines of progress where there is no terminal [s].
 _BETWEEN_LINES = 10.0
+#: Share of the work after which the time left is estimated: the first steps of a build take longer than most others.
+_ESTIMATED_FROM = 0.1
 
 
 def say(text: str) -> None:
@@ -26,7 +28,8 @@ def progress_bar(
         description: text beside the bar.
         total: number of steps.
         wanted: whether to show anything.
-        counted: show the number of completed steps; False shows only the percentage.
+        counted: show the number of completed steps; False shows only the percentage, for steps of different lengths,
+            and the time left only once a tenth is done.
         lines: whether to write a line every ten seconds where standard error is not a terminal.
     """
     if not (wanted and sys.stderr.isatty()):
@@ -37,20 +40,26 @@ def progress_bar(
         BarColumn,
         MofNCompleteColumn,
         Progress,
+        Task,
         TaskProgressColumn,
         TextColumn,
         TimeRemainingColumn,
     )
+    from rich.text import Text
 
-    done = MofNCompleteColumn() if counted else TaskProgressColumn()
-    columns = (TextColumn("{task.description}"), BarColumn(), done, TimeRemainingColumn())
+    class LaterTimeRemaining(TimeRemainingColumn):
+        def render(self, task: Task) -> Text:
+            return super().render(task) if task.completed >= _ESTIMATED_FROM * total else Text("")
+
+    done = (MofNCompleteColumn(), TimeRemainingColumn()) if counted else (TaskProgressColumn(), LaterTimeRemaining())
+    columns = (TextColumn("{task.description}"), BarColumn(), *done)
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(description, total=total)
         yield lambda steps: bar.advance(task, steps)
 
 
 def _by_lines(total: float) -> Callable[[float], None]:
-    """A function that counts steps and occasionally writes the percentage done and the time left."""
+    """A function that writes the percentage done now and then, and the time left once a tenth is done."""
     began = said = time.monotonic()
     done = 0.0
 
@@ -60,6 +69,8 @@ def _by_lines(total: float) -> Callable[[float], None]:
         now = time.monotonic()
         if now - said >= _BETWEEN_LINES and done < total:
             said = now
-            say(f"{done / total:.0%} done, about {(now - began) * (total / done - 1.0):.0f} s left")
+            share = done / total
+            left = f", about {(now - began) * (1.0 / share - 1.0):.0f} s left" if share >= _ESTIMATED_FROM else ""
+            say(f"{share:.0%} done{left}")
 
     return advance

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from mjtactile.experiments.grasp.trials import TrialSettings
 
 _LIFT = "lift"
+#: Where lift's controller gets its forces from.
+_TOUCHES = ("true", "recognised")
 
 
 def dataset(
@@ -113,6 +115,8 @@ def record(
 
     from mjtactile.experiments.grasp.trials import TrialSettings
 
+    if touch not in _TOUCHES:
+        raise typer.BadParameter(f"{touch!r} does not exist. Available: {', '.join(_TOUCHES)}.", param_hint="--touch")
     start = perf_counter()
     settings = TrialSettings(seed=seed, fidelity=fidelity)
     if what == _LIFT:
@@ -128,9 +132,13 @@ def record(
 def _record_environment(name: str, out: Path, episodes: int, settings: TrialSettings, flat: bool) -> None:
     """Record an environment under random actions; to record a policy, use `LeRobotRecorder`."""
     from mjtactile._progress import progress_bar
+    from mjtactile.envs.registration import ENTRY_POINTS
     from mjtactile.envs.single import TactileEnv
     from mjtactile.lerobot.environment import LeRobotRecorder
 
+    if name not in ENTRY_POINTS:
+        known = ", ".join((_LIFT, *ENTRY_POINTS))
+        raise typer.BadParameter(f"{name!r} cannot be recorded. Available: {known}.", param_hint="WHAT")
     env = TactileEnv(name, observation="pascals", fidelity=settings.fidelity)
     env.action_space.seed(settings.seed)
     recorder = LeRobotRecorder(env, out, flat=flat)

@@ -20,7 +20,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from mjtactile._installed import page_address
+from mjtactile._installed import __version__, page_address
 from mjtactile.cli.bench import bench_app
 from mjtactile.cli.dataset import dataset, record
 from mjtactile.cli.envs import envs
@@ -28,7 +28,7 @@ from mjtactile.cli.evaluate import evaluate
 from mjtactile.cli.grasp import grasp_app
 from mjtactile.cli.installation import build, cache_app, doctor, info
 from mjtactile.cli.loop import loop
-from mjtactile.cli.options import AsJson, FidelityOption, PadOption, finite, into_pad
+from mjtactile.cli.options import AsJson, FidelityOption, PadOption, finite, into_pad, positive
 from mjtactile.cli.reproduce import reproduce
 from mjtactile.cli.view import hands, preview, view
 from mjtactile.errors import MjTactileError
@@ -38,7 +38,7 @@ _EXAMPLES = """
 Examples:
 
     mjtactile press star --force 100gf --tilt 15   # press a punch into the pad
-    mjtactile press tool.stl --force 0.5N --json   # press a mesh of your own
+    mjtactile press tool.stl --scale 1e-3 --json   # press a mesh of your own, drawn in millimetres
     mjtactile press sphere --pad dome.toml --figure dome.png   # use a pad of your own
     mjtactile doctor                               # check the installation
     mjtactile COMMAND --help                       # show a command's options
@@ -54,12 +54,29 @@ app = typer.Typer(
 )
 
 
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"mjtactile {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def before_any_command(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Take the options that stand before a command."""
+
+
 @app.command(rich_help_panel="Touch")
 def press(
     shape: Annotated[
         str, typer.Argument(help="A punch (circle, doughnut, ... see info), sphere, cylinder, box, or a mesh file.")
     ],
-    force: Annotated[str, typer.Option(help="Magnitude with unit: 100gf, 0.98N.")] = "100gf",
+    force: Annotated[
+        str, typer.Option(help="Magnitude with unit: 100gf, 0.98N; at most 2.5 N along each axis of the pad.")
+    ] = "100gf",
     tilt: Annotated[
         float, typer.Option(callback=into_pad, help="Angle of the force to the pad's inward normal [deg].")
     ] = 0.0,
@@ -70,6 +87,12 @@ def press(
     rotate: Annotated[
         float, typer.Option(callback=finite, help="Rotation of the indenter, counter-clockwise [deg].")
     ] = 0.0,
+    scale: Annotated[
+        float | None,
+        typer.Option(
+            callback=positive, help="Metres per unit of a mesh file: 1e-3 for one drawn in millimetres.  [default: 1]"
+        ),
+    ] = None,
     free: Annotated[bool, typer.Option("--free", help="Let the indenter tilt.")] = False,
     fidelity: FidelityOption = DEFAULT,
     law: Annotated[
@@ -109,6 +132,7 @@ def press(
             friction=friction,
             shift=place,
             rotate_deg=rotate,
+            scale=scale,
             tilt_free=free,
         )
     )

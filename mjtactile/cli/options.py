@@ -22,6 +22,18 @@ def finite(value: float | None) -> float | None:
     return value
 
 
+def positive(value: float | None) -> float | None:
+    """Refuse zero, negative numbers, "nan" and "inf"; use it as `typer.Option(callback=positive)`.
+
+    Raises:
+        BadParameter: the number is not positive and finite.
+    """
+    finite(value)
+    if value is not None and value <= 0.0:
+        raise typer.BadParameter(f"{value:g} is not a positive number.")
+    return value
+
+
 def into_pad(tilt: float) -> float:
     """Refuse a tilt [deg] with which a force does not press; use it as `typer.Option(callback=into_pad)`.
 

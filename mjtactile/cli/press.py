@@ -152,7 +152,7 @@ class PressProblem:
     """An indenter, its force and position on a pad, and the options of the readings.
 
     Attributes:
-        shape: a punch, "sphere", "cylinder", "box", or the path of a mesh file in metres.
+        shape: a punch, "sphere", "cylinder", "box", or the path of a mesh file.
         force: force on the indenter [N], pad frame, shape (3,).
         pad: the pad; by default the paper's.
         fidelity: a preset by name or a Fidelity; its tables are built if the cache lacks them.
@@ -161,6 +161,7 @@ class PressProblem:
         friction: coefficient that bounds the shear [-], see `TactileSensor`.
         shift: position (x, y) of the indenter's origin in the pad frame [m].
         rotate_deg: counter-clockwise rotation about its origin, before the shift [deg].
+        scale: metres per unit of a mesh file; None: 1.
         tilt_free: whether the indenter may tilt.
     """
 
@@ -173,6 +174,7 @@ class PressProblem:
     friction: float | None = None
     shift: tuple[float, float] = (0.0, 0.0)
     rotate_deg: float = 0.0
+    scale: float | None = None
     tilt_free: bool = False
 
 
@@ -180,16 +182,18 @@ def run_press(problem: PressProblem) -> PressReport:
     """Press an indenter into the pad until it settles, and read the pad.
 
     Raises:
-        IndenterError: there is no such shape.
+        IndenterError: there is no such shape, or a scale for a shape that is no mesh file.
         PresetError: there is no such fidelity.
         ContactError: there is no such law, or it does not allow the requested shear.
-        SceneError: the indenter is off the pad, or the press does not settle.
+        SceneError: the indenter is off the pad, the force is more than the scene can apply, or the press does not
+            settle.
     """
     # The scene is made first, so that its errors appear before a table is built, which may take minutes.
     chosen = as_fidelity(problem.fidelity)
     contact = {"law": problem.law, "tangential": problem.tangential}
     contact_options(chosen, **contact, friction=problem.friction)
     model = _scene(problem)
+    _check_force(problem.force, model)
     data = mujoco.MjData(model)
     settled = press(model, data, problem.force)
     influence = influence_matrices(problem.pad, chosen)
@@ -213,24 +217,43 @@ def run_press(problem: PressProblem) -> PressReport:
     )
 
 
-def named_indenter(shape: str) -> Indenter:
+def named_indenter(shape: str, scale: float | None = None) -> Indenter:
     """The indenter of a name or of a mesh file.
 
+    Args:
+        shape: the name or the path of the file.
+        scale: metres per unit of the mesh file; None: 1.
+
     Raises:
-        IndenterError: there is neither such an indenter nor such a file; the message lists the names.
+        IndenterError: there is neither such an indenter nor such a file, and the message lists the names; or a scale
+            is given for a name.
     """
-    if shape in OTHER_INDENTERS:
-        return OTHER_INDENTERS[shape]()
-    if shape not in INDENTER_NAMES and Path(shape).suffix:
-        return mesh_indenter(shape, name=body_name(Path(shape)))
-    if shape not in INDENTER_NAMES:
-        known = ", ".join((*INDENTER_NAMES, *OTHER_INDENTERS))
-        raise IndenterError(f"indenter '{shape}' does not exist. Available: {known}, or a mesh file such as tool.stl.")
-    return punch(shape)
+    known = (*INDENTER_NAMES, *OTHER_INDENTERS)
+    if shape not in known and Path(shape).suffix:
+        return mesh_indenter(shape, name=body_name(Path(shape)), scale=1.0 if scale is None else scale)
+    if shape not in known:
+        raise IndenterError(
+            f"indenter '{shape}' does not exist. Available: {', '.join(known)}, or a mesh file such as tool.stl."
+        )
+    if scale is not None:
+        raise IndenterError(f"--scale is for mesh files; '{shape}' has a size of its own. Leave the option out.")
+    return OTHER_INDENTERS[shape]() if shape in OTHER_INDENTERS else punch(shape)
+
+
+def _check_force(force: Array, model: mujoco.MjModel) -> None:
+    """Refuse a force beyond the range of the scene's actuators, in the words of the command line."""
+    most = float(min(model.actuator(f"press_{axis}").ctrlrange[1] for axis in "xyz"))
+    if np.abs(force).max() > most:
+        shown = ", ".join(f"{component:.4g}" for component in force)
+        raise SceneError(
+            f"force ({shown}) N is out of range: `mjtactile press` applies at most {most:g} N "
+            f"({most / GRAM_FORCE:.4g} gf) along each axis of the pad. For more, make the scene in Python with "
+            "press_scene(...) and widen its model.actuator_ctrlrange."
+        )
 
 
 def _scene(problem: PressProblem) -> mujoco.MjModel:
-    indenter = named_indenter(problem.shape)
+    indenter = named_indenter(problem.shape, problem.scale)
     try:
         return press_scene(
             indenter,

@@ -47,7 +47,7 @@ def checked(solid: trimesh.Trimesh) -> trimesh.Trimesh:
     if max(solid.extents) > LARGEST_EXTENT:
         raise IndenterError(
             f"the mesh is {max(solid.extents):.4g} m across. Lengths are in metres: "
-            "for a mesh drawn in millimetres pass scale=1e-3."
+            "for a mesh drawn in millimetres pass scale=1e-3, at the command line --scale 1e-3."
         )
     return solid
 

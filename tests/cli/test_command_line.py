@@ -7,7 +7,9 @@ import sys
 
 import numpy as np
 import pytest
+import trimesh
 
+import mjtactile
 from mjtactile.cli.main import _show_warning, main
 from mjtactile.errors import MeshWarning
 from mjtactile.pad import Pad
@@ -153,6 +155,32 @@ def test_the_same_warning_from_several_places_is_one_line(capsys):
     for text, line in (("wide", 1), ("wide", 2), ("thin", 1)):
         _show_warning(shown, text, MeshWarning, "mesh.py", line)
     assert capsys.readouterr().err.splitlines() == ["mjtactile: MeshWarning: wide", "mjtactile: MeshWarning: thin"]
+
+
+def test_the_version_is_shown():
+    done = run("--version")
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"mjtactile {mjtactile.__version__}\n", "")
+
+
+def test_a_mesh_drawn_in_millimetres_presses_like_one_in_metres(tmp_path, monkeypatch, capsys, draft):
+    said = []
+    for name, radius, scale in (("m", 6e-3, ()), ("mm", 6.0, ("--scale", "1e-3"))):
+        # Unit size first: trimesh drops small triangles.
+        trimesh.creation.icosphere(radius=1.0).apply_scale(radius).export(tmp_path / f"{name}.stl")
+        line = ["mjtactile", "press", str(tmp_path / f"{name}.stl"), "--fidelity", "fast", "--json", *scale]
+        monkeypatch.setattr("sys.argv", line)
+        main()
+        said.append(json.loads(capsys.readouterr().out))
+    # STL files have single precision, 6e-8 of a vertex's coordinates.
+    assert said[1]["peak_reading_Pa"] == pytest.approx(said[0]["peak_reading_Pa"], rel=1e-4)
+    assert said[1]["contact_area_m2"] == pytest.approx(said[0]["contact_area_m2"], rel=1e-4)
+
+
+def test_help_says_the_largest_force_that_a_scene_applies():
+    model = mjtactile.press_scene("circle")
+    most = model.actuator_ctrlrange[:, 1].min()
+    done = run("press", "--help", COLUMNS="200")
+    assert f"at most {most:g} N along each axis" in done.stdout
 
 
 def test_the_numbers_of_a_press_come_before_its_figure_is_drawn(monkeypatch, capsys, tmp_path, draft):

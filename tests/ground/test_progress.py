@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+
 import pytest
 
 from mjtactile import _progress
@@ -24,6 +26,30 @@ def test_lines_come_every_ten_seconds_with_the_time_that_is_left(clock, capsys):
         "mjtactile: 50% done, about 24 s left",
         "mjtactile: 80% done, about 9 s left",
     ]
+
+
+def test_the_time_that_is_left_is_said_once_a_tenth_is_done(clock, capsys):
+    """First steps of a build may take hundreds of times as long as the others."""
+    with _progress.progress_bar("work", 1000, lines=True) as advance:
+        for clock[0], steps in ((30.0, 1), (41.0, 98), (52.0, 1)):
+            advance(steps)
+    assert capsys.readouterr().err.splitlines() == [
+        "mjtactile: 0% done",
+        "mjtactile: 10% done",  # 99 of 1000, rounded
+        "mjtactile: 10% done, about 468 s left",
+    ]
+
+
+@pytest.mark.parametrize(("done", "shown"), [(9, False), (10, True)])
+def test_a_bar_of_uneven_steps_shows_the_time_that_is_left_once_a_tenth_is_done(done, shown, monkeypatch):
+    screen = io.StringIO()
+    monkeypatch.setattr(screen, "isatty", lambda: True)
+    monkeypatch.setattr(_progress.sys, "stderr", screen)
+    with _progress.progress_bar("work", 100, counted=False) as advance:
+        advance(done)
+    assert f"{done}%" in screen.getvalue()
+    # The time left is not known yet, as all steps came at once; without a column for it there are no colons.
+    assert ("-:--:--" in screen.getvalue().split(f"{done}%")[-1]) == shown
 
 
 @pytest.mark.parametrize("asked", [{}, {"lines": True, "wanted": False}])
