@@ -204,7 +204,7 @@ def test_the_scene_can_be_edited_before_it_is_compiled():
         (lambda: press_scene("hexagon"), IndenterError, r"Available: circle"),
         (lambda: press_scene("none.stl"), IndenterError, "no mesh file none.stl"),
         (lambda: press_scene(cast(Any, None)), IndenterError, "of type NoneType; expected a trimesh.Trimesh"),
-        (lambda: force_vector(cast(Any, "1N")), PadError, "magnitude = '1N'; expected a number of newtons"),
+        (lambda: force_vector(cast(Any, "1N")), PadError, "magnitude = '1N'; expected a finite number"),
         (lambda: press_scene("star", shift=(13e-3, 0.0)), SceneError, "misses the pad.*Shift it less"),
         (lambda: press_scene("square", shift=(12.45e-3, 0.0)), SceneError, "only a sliver of indenter 'square'"),
         (lambda: press_star((0.0, 0.0, 0.1)), SceneError, "does not press"),
