@@ -69,7 +69,7 @@ for name, shape, mass, into, aside in (
     depth = data.sensor("tactile").data.reshape(3, -1)[0].sum()
     print(f"{name}: {into:.3f} / {aside:.3f}")
     print(f"  mjtactile, force its readings carry [N]   {-carried[2]:.4f} / {carried[0]:.4f}")
-    print(f"  mjtactile, stress over each layer [N]     {' '.join(f'{force:.4f}' for force in layers)}")
+    print(f"  mjtactile, stress over each layer [N]     {' '.join(f'{force:.3f}' for force in layers)}")
     print(f"  MuJoCo touch [N]                          {touch:.4f} / -")
     print(f"  MuJoCo touch_grid, summed [N]             {grid[0]:.4f} / {abs(grid[1:]).max():.4f}")
     print(f"  MuJoCo <tactile>, depths summed [mm]      {depth * 1e3:.4f} / -")

@@ -17,7 +17,7 @@ pad = mjtactile.Pad(
 model = mjtactile.press_scene(mjtactile.sphere(4e-3), pad=pad)
 data = mujoco.MjData(model)
 sensor = mjtactile.TactileSensor(model, pad, fidelity="fast")  # builds the tables: once, seconds
-mjtactile.press(model, data, (0, 0, -0.15))
+mjtactile.press(model, data, (0, 0, -0.08))
 
 readings = sensor.read(data)
 print(pad.summary)

@@ -63,6 +63,7 @@ class Outcome:
 
     printed: str  #: by the example on standard output
     pads: dict[str, dict[str, float]]  #: by pad, see `check_readings.check`
+    warned: bool  #: whether it printed a `ContactWarning`
     seconds: float
 
 
@@ -86,7 +87,8 @@ def run(name: str, folder: Path) -> Outcome:
     *printed, answers = done.stdout.splitlines()
     # Notes of packages to their users are no output of an example.
     kept = [line for line in printed if not line.startswith("[robosuite")]
-    return Outcome("\n".join(kept), json.loads(answers), time.monotonic() - begin)
+    warned = "ContactWarning" in done.stderr
+    return Outcome("\n".join(kept), json.loads(answers), warned, time.monotonic() - begin)
 
 
 def page_of(name: str) -> Callable[[str], None]:

@@ -12,10 +12,9 @@ from run_examples import EXAMPLES, PICTURES, ROOT, run
 PARAMETERS = [
     pytest.param(name, id=name, marks=[pytest.mark.slow] if example.slow else []) for name, example in EXAMPLES.items()
 ]
-#: Numbers may differ from those on the page by one in their last digit but one: other processors, other BLAS.
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
-#: Runs of learnt policies and scenes of other packages take another way after the first rounding.
-_LOOSE = {name for name, example in EXAMPLES.items() if example.slow} | {"policy", "dataset"}
+#: Training, and scenes of other packages, take another way after the first rounding.
+_LOOSE = {name for name, example in EXAMPLES.items() if example.slow}
 
 
 def shown(name: str) -> str:
@@ -26,8 +25,20 @@ def shown(name: str) -> str:
     return found[1]
 
 
-def words_and_numbers(text: str) -> tuple[list[str], list[float]]:
-    return _NUMBER.split(text), [float(number) for number in _NUMBER.findall(text)]
+def words_and_numbers(text: str) -> tuple[list[str], list[str]]:
+    return _NUMBER.split(text), _NUMBER.findall(text)
+
+
+def agree(printed: str, expected: str) -> bool:
+    """Whether two numbers differ by no more than a unit of the last digit shown. Tables made by OpenBLAS's kernels for
+    Haswell, for Prescott and for this processor give readings that differ by up to 4e-6.
+
+    Numbers with an exponent are differences that must be the same.
+    """
+    if "e" in printed + expected:
+        return printed == expected
+    digits = len(expected.partition(".")[2])
+    return abs(float(printed) - float(expected)) < 1.01 * 10.0**-digits
 
 
 @pytest.mark.parametrize("name", PARAMETERS)
@@ -40,12 +51,15 @@ def test_an_example_prints_what_its_page_shows_and_reads_what_mujoco_presses(nam
     expected_words, expected_numbers = words_and_numbers(shown(name))
     assert words == expected_words
     if name not in _LOOSE:
-        assert numbers == pytest.approx(expected_numbers, rel=2e-3, abs=2e-3)
+        off = [pair for pair in zip(numbers, expected_numbers, strict=True) if not agree(*pair)]
+        assert not off, "make examples"
+        page = (ROOT / "docs" / EXAMPLES[name].page).read_text()
+        assert not outcome.warned or "ContactWarning" in page, "the page does not say what the example warns of"
     for picture in tmp_path.glob("*.png"):
         assert (PICTURES / picture.name).is_file(), "make examples"
     if not EXAMPLES[name].pads:
         return
-    assert sum(pad["force"] > 0.1 for pad in outcome.pads.values()) >= 1
+    assert sum(pad["force"] > 0.05 for pad in outcome.pads.values()) >= 1
     for pad in outcome.pads.values():
         # The load behind the readings, and what it says it leaves out, is MuJoCo's wrench to rounding: 1e-9 of newtons.
         assert pad["load_off"] < 1e-9
