@@ -21,6 +21,7 @@ class PatchFace {
  public:
   // The lattices from which cells are made.
   SampledLattices& lattices() { return lattices_; }
+  const SampledLattices& lattices() const { return lattices_; }
   // Make the cells of the lattices that count. They are left out if only a tiny part of them counts.
   void lay(const HeightWindow& view);
   // Replace cells by up to four each, half as long and half as wide, but by none narrower than `narrowest`. All cells

@@ -120,6 +120,11 @@ void SampledLattices::settle(const std::vector<Region>& regions) {
   counted_ -= twice_.size();
 }
 
+bool SampledLattices::could_split(double larger, double narrowest) const {
+  return std::any_of(lattices_.begin(), lattices_.end(),
+                     [=](const Lattice& one) { return larger * one.width() >= 2.0 * narrowest; });
+}
+
 void SampledLattices::split(const std::vector<std::uint8_t>& chosen, const HeightWindow& view, double narrowest) {
   former_ = numbers_;
   for (std::int32_t& one : numbers_) one = one >= 0 ? kCounted : kNone;
