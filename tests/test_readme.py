@@ -7,6 +7,7 @@ import mujoco
 import pytest
 
 import mjtactile
+from mjtactile.dataset import ContactSpec, DatasetSpec, make_dataset
 
 ROOT = Path(__file__).resolve().parent.parent
 README = ROOT / "README.md"
@@ -23,6 +24,30 @@ def test_python_on_the_page_runs(page, block, default_influence, capsys):
     exec(compile(block, page, "exec"), names)
     assert names["readings"].shape == (4, 13, 13)
     assert names["readings"].max() > 1e3
+
+
+@pytest.mark.parametrize("name", ["recognition.md", "transducers.md"])
+def test_python_on_a_page_runs_from_top_to_bottom(name, default_influence):
+    names = {}
+    for block in blocks(ROOT / "docs" / name, "python"):
+        exec(compile(block, name, "exec"), names)
+    # What the last block made of a press: an answer, or readings as an array reports them.
+    if name == "recognition.md":
+        assert names["found"].shape == "star"
+    else:
+        assert names["corrected"].shape == (4, 13, 13)
+        assert names["corrected"].max() > 1e3
+
+
+def test_the_page_of_datasets_reads_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    pressed = ContactSpec(shapes=("circle",), force=(0.5, 0.6))
+    made = make_dataset(DatasetSpec(presses=2, contacts=(pressed,), presets=("fast",)), "build/presses")
+    names = {}
+    exec(compile(blocks(ROOT / "docs" / "datasets.md", "python")[-1], "datasets.md", "exec"), names)
+    assert names["readings"].shape == (made, 4, 13, 13)
+    assert names["forces"].shape == (made, 3)
+    assert list(names["shapes"]) == ["circle"] * made
 
 
 def test_xml_in_the_readme_is_a_model_whose_pad_reads():
