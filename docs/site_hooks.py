@@ -1,6 +1,6 @@
 """Hooks of the docs site: what a page links to outside docs/ becomes part of the site, under source/.
 
-Pages link to the code they speak of, so that they read well in the repository, too. Pages of the repository's root
+Pages link to the code they speak of, by paths that lead there in the repository, too. Pages of the repository's root
 (README, CONTRIBUTING, CHANGELOG) become pages of the site; other files are served as they are.
 """
 

@@ -70,3 +70,30 @@ def test_make_tables_writes_every_table_of_the_benchmarks():
         markers = re.findall(r"^<!-- bench (.+) -->$", (ROOT / page).read_text(), flags=re.MULTILINE)
         assert markers
         assert {(marker, page) for marker in markers} <= written
+
+
+def rows_of(marker: str) -> list[list[str]]:
+    """Cells of a table in docs/benchmarks.md, without its head."""
+    page = (ROOT / "docs" / "benchmarks.md").read_text()
+    found = re.search(rf"<!-- bench {marker} -->\n(.*?)\n<!-- end -->", page, re.DOTALL)
+    assert found is not None
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in found[1].splitlines()[2:]]
+
+
+def test_what_the_benchmarks_say_of_presets_is_what_their_tables_show():
+    text = " ".join((ROOT / "docs" / "benchmarks.md").read_text().split())
+    said = re.search(r"off by (\d+) % in the median and by (\d+) % at worst", text)
+    assert said is not None
+    fast = next(row for row in rows_of("small-contacts") if row[0] == "fast")
+    medians, worst = zip(*(re.findall(r"[\d.]+", cell) for cell in fast[1:]), strict=True)
+    assert [int(value) for value in said.groups()] == [round(max(map(float, each))) for each in (medians, worst)]
+
+    said = re.search(r"For one body it adds ([\d.]+) to ([\d.]+) ms to a step", text)
+    assert said is not None
+    least, most = (1e3 * float(value) for value in said.groups())
+    bodies = [row for row in rows_of("plugin") if re.match(r"(moving|unchanged) .*, balanced$", row[0])]
+    added = [float(row[1].removesuffix(" us")) for row in bodies]
+    assert len(added) > 10
+    # Said to one digit.
+    assert min(added) == pytest.approx(least, rel=0.5)
+    assert 0.8 * most < max(added) <= most
