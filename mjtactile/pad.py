@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from mjtactile._types import Array, Indices
 from mjtactile.errors import PadError, of_type, shortened
-from mjtactile.pad_shape.surfaces import FLAT, Surface, surface_from
+from mjtactile.pad_shape.surfaces import FLAT, Surface
 from mjtactile.pad_shape.taxels import FreeTaxels, as_taxels, depth_bands
 from mjtactile.units import finite_number, is_whole
 
@@ -395,20 +395,6 @@ class Pad:
         numbers |= {"layers": tuple(asdict(layer) for layer in self.layers), "taxels": asdict(self.taxels)}
         # A flat pad has no entry "surface", as in versions without curved pads: their tables stay valid.
         return numbers if self.surface.is_flat else numbers | {"surface": self.surface.description}
-
-    @classmethod
-    def from_description(cls, description: dict[str, Any]) -> Pad:
-        """The pad that `description` described.
-
-        Raises:
-            KeyError, TypeError, PadError: the values do not describe a pad.
-        """
-        given = dict(description)
-        layers = tuple(Layer(**layer) for layer in given.pop("layers"))
-        of_taxels = given.pop("taxels")
-        taxels = FreeTaxels(**of_taxels) if "points" in of_taxels else TaxelGrid(**of_taxels)
-        surface = surface_from(given.pop("surface")) if "surface" in given else FLAT
-        return cls(**given, layers=layers, taxels=taxels, surface=surface)
 
     @property
     def fingerprint(self) -> str:

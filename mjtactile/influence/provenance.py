@@ -12,7 +12,8 @@ from mjtactile.errors import CorruptInfluenceError, StaleInfluenceError
 from mjtactile.fem.mesh import mesh_description, sheet_mesh
 from mjtactile.fidelity import Fidelity, MeshDensity, as_fidelity, mesh_name
 from mjtactile.influence.table import FORMAT_VERSION, SWEPT_VERSION
-from mjtactile.pad import Pad
+from mjtactile.pad import Pad, require_pad
+from mjtactile.pad_names import pad_from_text
 
 
 def influence_metadata(pad: Pad, fidelity: Fidelity) -> dict[str, Any]:
@@ -37,15 +38,16 @@ def check_provenance(
         CorruptInfluenceError: the metadata is not in the form that `influence_metadata` writes.
         StaleInfluenceError: the table is for another pad, mesh, storage or format version.
         PresetError: there is no such fidelity.
+        PadError: `pad` is no pad.
     """
     try:
-        own_pad, own_fidelity = _pad_from(metadata), _fidelity_from(metadata)
+        own_pad, own_fidelity = pad_from_text(json.dumps(metadata["pad"])), _fidelity_from(metadata)
         fingerprint = metadata["fingerprint"]
     except (KeyError, TypeError, ValueError) as error:
         raise CorruptInfluenceError(
             f"{path} describes no pad ({error}). Delete it and rebuild: mjtactile build"
         ) from error
-    pad = own_pad if pad is None else pad
+    pad = own_pad if pad is None else require_pad(pad)
     wanted = own_fidelity if fidelity is None else as_fidelity(fidelity)
     if fingerprint != influence_fingerprint(pad, wanted):
         raise StaleInfluenceError(
@@ -70,10 +72,6 @@ def influence_fingerprint(pad: Pad, fidelity: Fidelity) -> str:
     if not pad.surface.is_flat:
         description.append({"swept": SWEPT_VERSION})
     return hashlib.sha256(json.dumps(description, sort_keys=True).encode()).hexdigest()
-
-
-def _pad_from(metadata: dict[str, Any]) -> Pad:
-    return Pad.from_description(metadata["pad"])
 
 
 def _fidelity_from(metadata: dict[str, Any]) -> Fidelity:

@@ -272,10 +272,10 @@ class PadModel(nn.Module):
             PadError: the pad is curved: there the load is not linear in the wrench.
         """
         require_flat(self.pad, "PadModel.wrench_basis", _NOT_LINEAR)
-        if footprint.surface.node_shape != self.surface.node_shape:
+        if not self.surface.matches(footprint.surface):
             raise InfluenceError(
-                f"the footprint lies on a surface of {footprint.surface.node_shape} nodes, but this model's has "
-                f"{self.surface.node_shape}. Make it with influence matrices of the same pad and fidelity."
+                "the footprint was made for another pad or mesh than this model's. Make it with influence matrices of "
+                "the same pad and fidelity."
             )
         basis = UniformBasis.of(footprint.lowest_part)
         return self._tensor(np.einsum("pyxc,pw->wyxc", basis.forces, basis.shares))

@@ -126,10 +126,9 @@ def test_a_flat_pad_says_nothing_of_its_surface():
 
 
 @pytest.mark.parametrize("surface", [SphereCap(12e-3), EllipsoidCap((9e-3, 14e-3, 10e-3)), wavy_patch()], ids=repr)
-def test_pads_come_back_from_text_and_description(surface):
+def test_pads_come_back_from_text(surface):
     pad = dome(surface=surface)
     assert pad_from_text(pad_text(pad)) == pad
-    assert Pad.from_description(pad.description) == pad
     assert pad.fingerprint != dome(surface=Flat()).fingerprint
 
 

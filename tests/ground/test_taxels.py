@@ -24,7 +24,6 @@ def test_points_are_a_pads_taxels():
     assert pad == Pad(taxels=POINTS)  # type: ignore[arg-type]
     assert "3 free taxels" in pad.summary
     assert pad_from_text(pad_text(pad)) == pad
-    assert Pad.from_description(pad.description) == pad
 
 
 def test_the_mark_that_spreadsheets_put_before_a_text_is_none_of_it(tmp_path):
