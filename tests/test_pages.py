@@ -8,6 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from mjtactile import INDENTER_NAMES, recognition
+from mjtactile.cli.press import OTHER_INDENTERS
+from mjtactile.dataset.shapes import SHAPE_NAMES
+
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
 #: Markers of tables by the command that writes them, where it is not called `mjtactile bench NAME`.
@@ -97,3 +101,18 @@ def test_what_the_benchmarks_say_of_presets_is_what_their_tables_show():
     # Said to one digit.
     assert min(added) == pytest.approx(least, rel=0.5)
     assert 0.8 * most < max(added) <= most
+
+
+def test_the_glossary_says_which_names_of_shapes_each_door_takes():
+    page = (ROOT / "docs" / "glossary.md").read_text()
+    table = page.split("## Names of shapes")[1].strip().splitlines()
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table if line.startswith("| `")]
+
+    def taken(column: int) -> list[str]:
+        return [name for row in rows if row[column].startswith("name") for name in re.findall(r"`(\w+)`", row[0])]
+
+    assert taken(1) == list(INDENTER_NAMES)
+    assert sorted(taken(2)) == sorted((*INDENTER_NAMES, *OTHER_INDENTERS))
+    assert sorted(taken(3)) == sorted(SHAPE_NAMES)
+    known = [name.removeprefix("shape ") for name in recognition.modules() if name.startswith("shape ")]
+    assert sorted(taken(4)) == sorted(known)
