@@ -13,6 +13,7 @@ from mjtactile._types import Array, Indices
 from mjtactile.contact.footprint import FACING_GAP
 from mjtactile.contact.laws import BY_NAME
 from mjtactile.contact.options import contact_options
+from mjtactile.contact.press import Rim
 from mjtactile.errors import ContactWarning, FootprintError, SceneError, of_type
 from mjtactile.fidelity import DEFAULT, Fidelity
 from mjtactile.geometry.planar import areal
@@ -27,7 +28,7 @@ from mjtactile.sim.curved_outline import curved_outline
 from mjtactile.sim.footprints import GapImprints, SectionImprints, geoms_in_pad
 from mjtactile.sim.geoms import geom_shape, pad_geom, pressing_geoms
 from mjtactile.sim.mujoco_library import check_data
-from mjtactile.sim.wrench import GeomPoses, PadContacts, PadFrame, contact_wrenches, geom_frame
+from mjtactile.sim.wrench import PadFrame, contact_wrenches, geom_frame
 from mjtactile.units import finite_number
 
 _SENSORS_OFF = mujoco.mjtDisableBit.mjDSBL_SENSOR.value
@@ -126,8 +127,7 @@ class TactileSensor:
     def load(self, data: mujoco.MjData) -> SurfaceLoad | None:
         """Tractions on the pad as nodal forces [N]; None without contact.
 
-        The load's residual is the part of the contact wrench that the tractions do not carry. Its `contact` is made of
-        whole elements of the surface, cut where a body's outline ends; `contact_area` is that of the contact's cells.
+        The load's residual is the part of the contact wrench that the tractions do not carry.
 
         Raises:
             SceneError: `data` belongs to another model.
@@ -138,12 +138,7 @@ class TactileSensor:
             return None
         left = found.wrench - found.carried
         state = ContactState(indentation=found.indentation, contact_area=found.area, peak_pressure=found.peak)
-        surface, touching = self.influence.surface, self._touching(data)  # `data` may change before `contact` is read
-
-        def covered() -> Polygon | MultiPolygon:
-            return surface.loaded(found.forces, self._outline_at(*touching))
-
-        return SurfaceLoad(found.forces, surface, covered, left[:3], left[3:], state)
+        return SurfaceLoad(found.forces, self.influence.surface, Rim(found.rim), left[:3], left[3:], state)
 
     def carried(self, data: mujoco.MjData) -> Array:
         """The part of the contact wrench that the readings carry, force [N] and moment [N m], pad frame, (6,)."""
@@ -172,15 +167,8 @@ class TactileSensor:
             ContactWarning: no part of a body faces the sensing surface.
         """
         self._check(data)
-        return self._outline_at(*self._touching(data))
-
-    def _touching(self, data: mujoco.MjData) -> tuple[GeomPoses, PadContacts]:
-        """What `outline` needs of a state; it stays when the simulation goes on."""
-        poses = GeomPoses(np.array(data.geom_xpos), np.array(data.geom_xmat))
-        return poses, contact_wrenches(self.model, data, self.geom)
-
-    def _outline_at(self, poses: GeomPoses, contacts: PadContacts) -> Polygon | MultiPolygon:
-        frame = geom_frame(self.model, poses, self.geom)
+        frame = geom_frame(self.model, data, self.geom)
+        contacts = contact_wrenches(self.model, data, self.geom, frame)
         outlines = []
         for body, wrench in contacts.by_body(self.model).items():
             if not wrench.any() or body < 0:
@@ -188,20 +176,20 @@ class TactileSensor:
             known = contacts.geoms[contacts.geoms >= 0]  # negative: a flex, not a geom
             touching = known[self.model.geom_bodyid[known] == body]
             try:
-                outlines.append(self._outline_of(poses, frame, body, touching))
+                outlines.append(self._outline_of(data, frame, body, touching))
             except FootprintError as error:
                 name = self.model.body(body).name or f"number {body}"
-                warnings.warn(f"body '{name}' has no outline over the pad: {error}", ContactWarning, stacklevel=3)
+                warnings.warn(f"body '{name}' has no outline over the pad: {error}", ContactWarning, stacklevel=2)
         return areal(shapely.union_all(outlines))
 
     def _check(self, data: mujoco.MjData) -> None:
         check_data(self.model, data, "the model that the TactileSensor was made with")
 
-    def _outline_of(self, poses: GeomPoses, frame: PadFrame, body: int, touching: Indices) -> Polygon | MultiPolygon:
+    def _outline_of(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: Indices) -> Polygon | MultiPolygon:
         """Outline of the part of a body that faces the pad [m]; `touching` holds the ids of its geoms in contact."""
         model, gap = self.model, self.facing_gap
         if not self.pad.surface.is_flat:
-            placed = geoms_in_pad(poses, frame, pressing_geoms(model, body, touching))
+            placed = geoms_in_pad(data, frame, pressing_geoms(model, body, touching))
             shapes = [(geom_shape(model, geom), pose) for geom, pose in placed.items()]
             return curved_outline(shapes, self.pad, facing_gap=gap)
         if BY_NAME[self.law].shapes:
@@ -209,7 +197,7 @@ class TactileSensor:
             imprints = GapImprints(model, self.geom, self.influence.surface, facing_gap=gap, level=level)
         else:
             imprints = SectionImprints(model, self.geom, self.influence.surface, facing_gap=gap)
-        return imprints.footprint(poses, frame, body, touching).outline
+        return imprints.footprint(data, frame, body, touching).outline
 
 
 def _checked_gap(gap: float) -> float:

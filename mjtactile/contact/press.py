@@ -217,7 +217,7 @@ class Press:
             )
         ends = np.empty((told.edges, 2, 2))
         library().mjt_press_rim(self._handle, ctypes.c_size_t(body), pointer(ends))
-        covered = _Rim(ends)
+        covered = Rim(ends)
         slips = self._options.choice.slips
         state = ContactState(
             indentation=told.indentation,
@@ -268,7 +268,7 @@ class Press:
         return weights if found else None
 
 
-class _Rim:
+class Rim:
     """Outline of the area under pressure, computed from its edges at the first call.
 
     Args:
@@ -279,6 +279,7 @@ class _Rim:
         self._ends = ends
 
     def __call__(self) -> Area:
+        """The area [m]; empty without edges."""
         if not len(self._ends):
             return shapely.Polygon()
         grid = _GRID * float(np.ptp(self._ends.reshape(-1, 2), axis=0).max())

@@ -19,15 +19,13 @@ from shapely import MultiPolygon, Polygon
 from mjtactile._native import contiguous, library, pointer, sized
 from mjtactile._types import Array
 from mjtactile.fem.line import Line
-from mjtactile.geometry.planar import Bounds, areal, polygons_of, rings_of
+from mjtactile.geometry.planar import Bounds, polygons_of, rings_of
 from mjtactile.pad_shape.surfaces import FLAT, Surface
 
 #: Highest power of a local coordinate: a quadratic shape function times a linear traction.
 _DEGREE = 3
 #: The integrand along an edge has degree 2 * _DEGREE + 1.
 _GAUSS = np.polynomial.legendre.leggauss(_DEGREE + 1)
-#: An element whose middle node has less than this of the largest force of such nodes bears nothing but rounding [-].
-_BEARS = 1e-9
 #: Monomial coefficients (shape function, power) of the three quadratic shape functions on [-1, 1].
 _SHAPE_COEFFICIENTS = np.array([[0.0, -0.5, 0.5], [1.0, 0.0, -1.0], [0.0, 0.5, 0.5]])
 
@@ -84,23 +82,6 @@ class SurfaceGrid:
             and self.thickness == other.thickness
             and self.outer == other.outer
         )
-
-    def loaded(self, forces: Array, outline: Polygon | MultiPolygon) -> Polygon | MultiPolygon:
-        """The part of the surface that tractions load [m], to whole elements except where an outline cuts them.
-
-        The node in the middle of an element has a force only if there is traction on this element.
-
-        Args:
-            forces: nodal forces of the tractions [N], shape (nodes y, nodes x, 3).
-            outline: of bodies [m]; elements apart from it are loaded by something else.
-        """
-        middles = np.linalg.norm(forces[1::2, 1::2], axis=-1)
-        row, column = np.nonzero(middles > _BEARS * middles.max())
-        x, y = self.x.vertices, self.y.vertices
-        elements = shapely.box(x[column], y[row], x[column + 1], y[row + 1])
-        cut = shapely.intersects(elements, outline)
-        below = shapely.union_all(elements[cut]).intersection(outline)
-        return areal(shapely.union_all([below, *elements[~cut]]))
 
     def nodal_integrals(self, region: Polygon | MultiPolygon) -> Array:
         """Integrals of phi, x phi and y phi over a region, for the shape function phi of every node.

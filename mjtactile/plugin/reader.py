@@ -25,6 +25,7 @@ class Found(NamedTuple):
     Attributes:
         readings: von Mises stress [Pa], of shape `Pad.reading_shape`.
         forces: on the surface grid's nodes, pad frame [N], (nodes y, nodes x, 3).
+        rim: ends of the edges of the areas under pressure, with the area on their left, pad frame [m], (edges, 2, 2).
         wrench: wrench of all contacts, force [N] and moment about the pad's origin [N m], pad frame, (6,).
         carried: the part of the wrench that the readings carry, likewise, (6,).
         range: largest ratio of a contact's strain to the limit of small strains [-].
@@ -35,6 +36,7 @@ class Found(NamedTuple):
 
     readings: Array
     forces: Array
+    rim: Array
     wrench: Array
     carried: Array
     range: float
@@ -78,7 +80,7 @@ class NativeReader:
         Args:
             model: compiled model.
             data: its state, after a step or a forward pass.
-            forces: whether to compute the nodal forces; otherwise they are empty.
+            forces: whether to compute the nodal forces and the rim; otherwise they are empty.
 
         Warns:
             ContactWarning: the surface cannot carry a contact, or strains are not small; once for every body and kind.
@@ -100,8 +102,14 @@ class NativeReader:
                 pointer(carried),
                 pointer(state),
             )
+            rim = self._rim() if forces else np.empty((0, 2, 2))
         deliver(library(), 3)
-        return Found(readings, nodal, wrench, carried, *(float(number) for number in state))
+        return Found(readings, nodal, rim, wrench, carried, *(float(number) for number in state))
+
+    def _rim(self) -> Array:
+        ends = np.empty((library().mjt_reader_rim(self._handle, ctypes.c_void_p(None)), 2, 2))
+        library().mjt_reader_rim(self._handle, pointer(ends))
+        return ends
 
     def health(self) -> Health:
         """Counts of problems in the readings so far."""

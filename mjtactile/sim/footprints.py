@@ -26,7 +26,7 @@ from mjtactile.geometry.lower_surface import LowerSurface, lower_surface
 from mjtactile.geometry.planar import areal
 from mjtactile.geometry.primitives import Pose, Shape
 from mjtactile.sim.geoms import body_face, geom_shape, geom_solid, pressing_geoms
-from mjtactile.sim.wrench import GeomPoses, PadFrame
+from mjtactile.sim.wrench import PadFrame
 
 Geometry = TypeVar("Geometry")
 
@@ -34,7 +34,7 @@ Geometry = TypeVar("Geometry")
 _SAME_TOUCH = 1e-6
 
 
-def geoms_in_pad(data: mujoco.MjData | GeomPoses, frame: PadFrame, geoms: Indices) -> dict[int, Pose]:
+def geoms_in_pad(data: mujoco.MjData, frame: PadFrame, geoms: Indices) -> dict[int, Pose]:
     """Poses of geoms in the pad frame, by id.
 
     Args:
@@ -64,7 +64,7 @@ class Imprints(ABC, Generic[Geometry]):
         self.facing_gap = facing_gap
         self._shapes: dict[int, Geometry] = {}
 
-    def footprint(self, data: mujoco.MjData | GeomPoses, frame: PadFrame, body: int, touching: Indices) -> Footprint:
+    def footprint(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: Indices) -> Footprint:
         """Footprint of a body that presses on the pad.
 
         Args:

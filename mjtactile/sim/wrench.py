@@ -29,13 +29,6 @@ class PadFrame(NamedTuple):
     rotation: Array  #: columns are the pad's axes, z out of the pad, shape (3, 3)
 
 
-class GeomPoses(NamedTuple):
-    """Poses of a model's geoms in one state, which stay when the simulation goes on; named as in `MjData`."""
-
-    geom_xpos: Array  #: positions in the world [m], shape (geoms, 3)
-    geom_xmat: Array  #: rotation matrices by rows, shape (geoms, 9)
-
-
 class PadContacts(NamedTuple):
     """Contacts of a pad in one state."""
 
@@ -66,7 +59,7 @@ def site_frame(data: mujoco.MjData, site: int) -> PadFrame:
     return PadFrame(data.site_xpos[site], data.site_xmat[site].reshape(3, 3))
 
 
-def geom_frame(model: mujoco.MjModel, data: mujoco.MjData | GeomPoses, geom: int) -> PadFrame:
+def geom_frame(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> PadFrame:
     """The pad frame of a pad's geom: at the centre of a box's +z face, or the original frame of a mesh's vertices.
 
     MuJoCo moves a mesh to its centre of mass and rotates it to its axes of inertia; that is undone here.

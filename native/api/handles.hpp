@@ -88,8 +88,8 @@ class AnySensor {
   void carry_any_torsion() {
     std::visit([](auto& sensor) { sensor->carry_any_torsion(); }, sensor_);
   }
-  const UniformPress& uniform() const {
-    return std::visit([](const auto& sensor) -> const UniformPress& { return sensor->uniform(); }, sensor_);
+  const std::vector<Segment>& rim() const {
+    return std::visit([](const auto& sensor) -> const std::vector<Segment>& { return sensor->rim(); }, sensor_);
   }
   SolvedCells solved_cells(std::size_t touch) const {
     return std::visit([&](const auto& sensor) { return sensor->solved_cells(touch); }, sensor_);

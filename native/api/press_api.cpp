@@ -63,7 +63,7 @@ struct mjt_press {
   AnySensor sensor;
   std::vector<Touch> touches;
   std::vector<SolvedCells> solved;   // of each body; valid until the next press
-  std::vector<std::vector<Segment>> areas;   // areas under pressure of bodies that need no cells
+  std::vector<std::vector<Segment>> rims;    // of each body: edges of its area under pressure
   CellContact basis;                 // the contact of the last mjt_press_parts(), and its face
   std::shared_ptr<const Face> basis_face;
   CellContact::Workspace workspace;
@@ -133,25 +133,9 @@ void set_motion(const mjt_press& press, const SolvedCells& solved, const double*
   to.slopes[0] = on_pad[1], to.slopes[1] = -on_pad[0];
 }
 
-// Call visit(edge, whether the pressure is on its left) for all edges with pressure on one side only.
-template <typename Visit>
-void rim(const SolvedCells& solved, Visit&& visit) {
-  const auto pressed = [&](std::int32_t cell) { return cell >= 0 && solved.forces.forces[3 * cell + 2] < 0.0; };
-  for (const CellEdge& edge : solved.face->edges) {
-    if (pressed(edge.left) != pressed(edge.right)) visit(edge, pressed(edge.left));
-  }
-}
-
 // Area of a cell on the pad's surface [m^2].
 double area(const SolvedCells& solved, std::size_t cell) {
   return solved.bent == nullptr ? solved.face->areas[cell] : solved.face->areas[cell] * solved.bent->stretches()[cell];
-}
-
-// Position on the pad of a point of the cells' face [m].
-Point on_pad(const SolvedCells& solved, const double* at) {
-  if (solved.bent == nullptr) return solved.placement({at[0], at[1]});
-  const SeenSurface seen = solved.bent->plane().beyond(at[0], at[1]);
-  return {seen.x, seen.y};
 }
 
 void describe(const mjt_press& press, const SolvedCells& solved, const double* point, mjt_pressed& to) {
@@ -168,7 +152,6 @@ void describe(const mjt_press& press, const SolvedCells& solved, const double* p
   std::copy(solved.carried, solved.carried + 6, to.carried);
   to.approximated = solved.contact->exact() ? 0 : 1;
   to.cells = static_cast<std::int32_t>(face.cells());
-  rim(solved, [&](const CellEdge&, bool) { ++to.edges; });
   if (press.options.law->shapes() && to.area > 0.0) set_motion(press, solved, point, to);
 }
 
@@ -205,11 +188,17 @@ void press_once(mjt_press& press, std::size_t first, std::size_t last, const dou
       to.area = press.sensor.pressed().area;
       to.peak = press.sensor.pressed().peak;
       std::copy(press.sensor.pressed().carried, press.sensor.pressed().carried + 6, to.carried);
-      if (to.area > 0.0) press.areas[body] = press.sensor.uniform().traction().edges();
-      to.edges = static_cast<std::int32_t>(press.areas[body].size());
     } else {
       std::fill(nodal, nodal + nodes, 0.0);
     }
+    std::vector<Segment>& rim = press.rims[body];
+    rim.clear();
+    if (last - first == 1) {
+      rim = press.sensor.rim();
+    } else if (solved.contact != nullptr) {
+      add_rim(solved, rim);
+    }
+    to.edges = static_cast<std::int32_t>(rim.size());
   }
 }
 
@@ -249,7 +238,7 @@ void mjt_press_bodies(mjt_press* press, size_t count, const mjt_footprint* const
                       const double* points, double* nodal_forces, mjt_pressed* pressed) {
   press->touches.resize(count);
   press->solved.assign(count, {});
-  press->areas.assign(count, {});
+  press->rims.resize(count);
   for (size_t i = 0; i < count; ++i) {
     Touch& touch = press->touches[i];
     touch = {};
@@ -308,15 +297,9 @@ size_t mjt_press_edges(const mjt_press* press, size_t body, double* ends, int32_
 }
 
 void mjt_press_rim(const mjt_press* press, size_t body, double* ends) {
-  for (const Segment& edge : press->areas[body]) {
+  for (const Segment& edge : press->rims[body]) {
     for (const Point& point : {edge.start, edge.end}) *ends++ = point.x, *ends++ = point.y;
   }
-  const SolvedCells& solved = press->solved[body];
-  if (solved.contact == nullptr) return;
-  rim(solved, [&](const CellEdge& edge, bool left) {
-    const Point start = on_pad(solved, edge.start), end = on_pad(solved, edge.end);
-    for (const Point& point : {left ? start : end, left ? end : start}) *ends++ = point.x, *ends++ = point.y;
-  });
 }
 
 size_t mjt_press_parts(mjt_press* press, size_t body, double* nodal_forces) {

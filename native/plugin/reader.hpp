@@ -27,6 +27,7 @@ class Reader {
   const double* wrench() const { return contacts_.wrench; }
   const double* health() const { return health_; }
   AnySensor& sensor() { return sensor_; }
+  const AnySensor& sensor() const { return sensor_; }
   const std::vector<Tile>& tiles() const { return pad_->tiles(); }
   int geom() const { return geom_; }
   const std::shared_ptr<Context>& context() const { return context_; }

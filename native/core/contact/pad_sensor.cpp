@@ -91,6 +91,22 @@ double borne_by(const CellContact& contact) {
 
 }  // namespace
 
+Point on_pad(const SolvedCells& solved, const double* at) {
+  if (solved.bent == nullptr) return solved.placement({at[0], at[1]});
+  const SeenSurface seen = solved.bent->plane().beyond(at[0], at[1]);
+  return {seen.x, seen.y};
+}
+
+void add_rim(const SolvedCells& solved, std::vector<Segment>& edges) {
+  const auto pressed = [&](std::int32_t cell) { return cell >= 0 && solved.forces.forces[3 * cell + 2] < 0.0; };
+  for (const CellEdge& edge : solved.face->edges) {
+    const bool left = pressed(edge.left);
+    if (left == pressed(edge.right)) continue;
+    const Point start = on_pad(solved, edge.start), end = on_pad(solved, edge.end);
+    edges.push_back(left ? Segment{start, end} : Segment{end, start});
+  }
+}
+
 template <typename Value>
 PadSensor<Value>::PadSensor(std::shared_ptr<const Pad> pad, LawOptions options, double facing_gap, double tolerance)
     : pad_(std::move(pad)), options_(options), facing_gap_(facing_gap), tolerance_(tolerance) {
@@ -122,7 +138,9 @@ void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Stea
   const auto solved = std::count(solved_.begin(), solved_.end(), 1);
   if (solved > 1 && options_.law->couples()) couple(touches, count);
   for (std::size_t i = 0; i < count; ++i) {
-    if (solved_[i]) finish(touches[i], *presses_[i]);
+    if (!solved_[i]) continue;
+    finish(touches[i], *presses_[i]);
+    if (keeps_forces_) add_rim(solved_cells(i), rim_);
   }
   if (!begun_) set_response(Value(0));  // nothing was added
 }
@@ -136,6 +154,7 @@ void PadSensor<Value>::begin(std::size_t count) {
   std::fill(pressed_.carried, pressed_.carried + 6, 0.0);
   pressed_.range = pressed_.indentation = pressed_.area = pressed_.peak = 0.0;
   pressed_.notes.clear();
+  rim_.clear();
   if (keeps_forces_) total_.assign(forces_.size(), 0.0);
   begun_ = false;
   if (!touched_) return;
@@ -298,8 +317,20 @@ bool PadSensor<Value>::press_points(const Touch& seen, const BodyPress& press) {
   note_range(touch, carried, std::max(points_.area(), static_cast<double>(points_.face().cells()) * wide * wide), 0.0);
   pressed_.peak = std::max(pressed_.peak, points_.peak());
   note_carried(seen, carried);
+  if (keeps_forces_) add_squares(plane);
   add_forces();
   return true;
+}
+
+// Add the edges of the squares about contact points to the rim. `plane`: in whose frame they are; null on a flat pad.
+template <typename Value>
+void PadSensor<Value>::add_squares(const TangentPlane* plane) {
+  const auto here = [plane](const double* at) {
+    if (plane == nullptr) return Point{at[0], at[1]};
+    const SeenSurface seen = plane->beyond(at[0], at[1]);
+    return Point{seen.x, seen.y};
+  };
+  for (const CellEdge& edge : points_.face().edges) rim_.push_back({here(edge.start), here(edge.end)});
 }
 
 // Solve the contact of a body that is given by its heights over the pad.
@@ -489,6 +520,8 @@ bool PadSensor<Value>::press_linear(const Touch& touch, const Face& face, const 
   note_contact(touch, uniform_.carried(), area, 0.0);
   pressed_.peak = std::max(pressed_.peak, uniform_.peak());
   note_carried(touch, uniform_.carried());
+  const std::vector<Segment>& edges = uniform_.traction().edges();
+  if (keeps_forces_) rim_.insert(rim_.end(), edges.begin(), edges.end());
   add_forces();
   return true;
 }

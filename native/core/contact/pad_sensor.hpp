@@ -62,6 +62,11 @@ struct SolvedCells {
   const CellContact::Workspace* workspace = nullptr;
 };
 
+// The point of the surface, along x and y in the pad frame, of a point of the cells' face [m].
+Point on_pad(const SolvedCells& solved, const double* at);
+// Add the edges of a contact's area under pressure, which is on their left, in the pad frame [m].
+void add_rim(const SolvedCells& solved, std::vector<Segment>& edges);
+
 // Numbers that the caller keeps with the simulation's state.
 struct Steadiness {
   double pose = 0.0;    // hash of the rounded poses of all touching bodies
@@ -103,6 +108,8 @@ class PadSensor {
   void stress(double* stress);       // (6, taxels) [Pa]; the pad must have tables for it
   // Sum of the nodal forces of all contacts (nodes y, nodes x, 3) [N], if keep_nodal_forces() asked for them.
   const std::vector<double>& nodal_forces() const { return total_; }
+  // Edges of all areas under pressure, which are on their left, in the pad frame [m], if nodal forces are kept.
+  const std::vector<Segment>& rim() const { return rim_; }
   // Keep nodal forces from now on. With `only`, the response is not computed, and there are no readings.
   void keep_nodal_forces(bool keep, bool only = false) { keeps_forces_ = keep, only_forces_ = only; }
   // Let the solution for shear take `times` as long as a simulation step allows.
@@ -111,7 +118,6 @@ class PadSensor {
   void carry_any_torsion() { any_torsion_ = true; }
   // Solution of a touch of the last press().
   SolvedCells solved_cells(std::size_t touch) const;
-  const UniformPress& uniform() const { return uniform_; }   // solution of the last touch that needed no cells
   // Numbers to keep with the state until the next step.
   Steadiness after(const Steadiness& before) const;
 
@@ -180,6 +186,7 @@ class PadSensor {
   double press_within(const Touch& touch, BodyPress& press, double floor, double reach);
   bool touches_beyond(double reach, const Touch& touch, BodyPress& press) const;
   bool press_points(const Touch& seen, const BodyPress& press);
+  void add_squares(const TangentPlane* plane);
   bool press_map(const Touch& touch, BodyPress& press);
   const Touch& turned(const Touch& touch, BodyPress& press) const;
   const TangentPlane* plane_of(const BodyPress& press) const { return curved() ? &press.plane : nullptr; }
@@ -222,6 +229,7 @@ class PadSensor {
   AlignedVector<Value> response_, mean_response_;
   bool begun_ = false;   // whether response_ is that of the last press(), and not of one before
   KeptResponse kept_;
+  std::vector<Segment> rim_;
   std::vector<double> forces_, total_, weights_, means_, part_forces_;
   PointPress points_;
   UniformPress uniform_;
