@@ -7,10 +7,11 @@ import sys
 import pytest
 from sanitizers import COMPILER, ROOT, environment
 
-#: What is run: everything the core does in Python's hands and in MuJoCo's, pickles and threads included.
+#: What is run: everything the core does in Python's hands and in MuJoCo's, pickles and threads included. Bodies of
+#: every kind are in the random scenes that tests/soak/test_soak.py runs with sanitizers.
 TESTS = [
     *(f"tests/parity/test_{name}.py" for name in ("native", "bodies", "face_cells", "triangle_mesh", "shear")),
-    *(f"tests/plugin/test_{name}.py" for name in ("plugin", "plugin_bodies")),
+    *(f"tests/plugin/test_{name}.py" for name in ("plugin", "plugin_sleep")),
 ]
 #: Memory is measured there, another process is begun without the sanitizer, or meshes are large.
 LEFT_OUT = "not fine_ball and not memory and not orders and not nodal_forces_of_any and not random_gaps"
