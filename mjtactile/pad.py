@@ -560,9 +560,9 @@ def force_vector(magnitude: float, tilt_deg: float = 0.0, azimuth_deg: float = 0
         PadError: a value is not a finite number.
     """
     named = {"magnitude": magnitude, "tilt_deg": tilt_deg, "azimuth_deg": azimuth_deg}
-    force, tilt, azimuth = (finite_number(value) for value in named.values())
-    for name, value in named.items():
-        _require(math.isfinite(finite_number(value)), f"{name} = {shortened(value)}; expected a finite number.")
-    tilt, azimuth = math.radians(tilt), math.radians(azimuth)
+    numbers = {name: finite_number(value) for name, value in named.items()}
+    for name, number in numbers.items():
+        _require(math.isfinite(number), f"{name} = {shortened(named[name])}; expected a finite number.")
+    force, tilt, azimuth = numbers["magnitude"], math.radians(numbers["tilt_deg"]), math.radians(numbers["azimuth_deg"])
     tangential = math.sin(tilt)
     return force * np.array([tangential * math.cos(azimuth), tangential * math.sin(azimuth), -math.cos(tilt)])

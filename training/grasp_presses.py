@@ -9,7 +9,6 @@ press has a pressing force of 1 N: the recogniser takes magnitudes out.
 from __future__ import annotations
 
 import math
-import warnings
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -24,9 +23,9 @@ from mjtactile._progress import progress_bar
 from mjtactile._types import Array
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
-from mjtactile.errors import ContactWarning
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.pad import Pad
+from mjtactile.plugin.health import quiet_contacts
 
 #: Presses of one job.
 _PER_JOB = 500
@@ -73,9 +72,8 @@ def pressed(job: tuple[int, int]) -> tuple[np.ndarray, Array]:
     sheet = shapely.box(-pad.size[0] / 2, -pad.size[1] / 2, pad.size[0] / 2, pad.size[1] / 2)
     face = Footprint.from_outline(sheet, influence.surface)
     wrenches = np.array([random_wrench(drawn) for _ in range(_PER_JOB)])
-    with warnings.catch_warnings():
-        # Near the edges the pressure leaves the range of small strains; the readings stay those of the linear model.
-        warnings.simplefilter("ignore", ContactWarning)
+    # Near the edges the pressure leaves the range of small strains; the readings stay those of the linear model.
+    with quiet_contacts():
         loads = (contact_load(influence, face, wrench[:3], moment=wrench[3:]) for wrench in wrenches)
         readings = np.array([influence.readings(load) for load in loads], dtype=np.float32)
     return readings, wrenches

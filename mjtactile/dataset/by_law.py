@@ -8,8 +8,6 @@ curved pads see on_surface.py.
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 
 from mjtactile._types import Array
@@ -18,8 +16,8 @@ from mjtactile.contact.footprint import Footprint
 from mjtactile.dataset.on_surface import curved_pose_readings
 from mjtactile.dataset.sampling import OutlinePresses, PosePresses
 from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, sized_face, sphere_height
-from mjtactile.errors import ContactWarning
 from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.plugin.health import quiet_contacts
 
 #: Ratio of tangential to pressing force of the probe loads, from which the other loads are combined [-].
 _PROBE = 0.3
@@ -72,9 +70,8 @@ def _pose_readings(
         forces = pose.directions * (pose.magnitudes[0] * np.abs(down).min() / np.abs(down))[:, None]
     pressing = -float(forces[0, 2])
     probes = pressing * np.array([(0.0, 0.0, -1.0), (_PROBE, 0.0, -1.0), (0.0, _PROBE, -1.0)])
-    with warnings.catch_warnings():
-        # Small hard spheres leave the range of small strains; the readings stay those of the linear model.
-        warnings.simplefilter("ignore", ContactWarning)
+    # Small hard spheres leave the range of small strains; the readings stay those of the linear model.
+    with quiet_contacts():
         loads = [
             contact_load(
                 influence,

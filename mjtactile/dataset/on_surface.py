@@ -8,7 +8,6 @@ Contacts on a curved pad are not linear in the force, so every force is solved s
 from __future__ import annotations
 
 import math
-import warnings
 
 import numpy as np
 from shapely import affinity
@@ -18,9 +17,9 @@ from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.dataset.sampling import OutlinePresses, PosePresses
 from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, sized_face, sphere_height
-from mjtactile.errors import ContactWarning
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.plugin.health import quiet_contacts
 
 
 def curved_pose_readings(
@@ -43,9 +42,8 @@ def curved_pose_readings(
     through = outer.positions(*pose.shift)
     footprint = footprint_on(influence.surface, presses, pose)
     readings = np.full((len(forces), *influence.pad.reading_shape), math.nan)
-    with warnings.catch_warnings():
-        # Small hard bodies leave the range of small strains; the readings stay those of the linear model.
-        warnings.simplefilter("ignore", ContactWarning)
+    # Small hard bodies leave the range of small strains; the readings stay those of the linear model.
+    with quiet_contacts():
         for one, force in zip(readings, forces, strict=True):
             if force[2] < 0.0:
                 moment = np.cross(through, force)

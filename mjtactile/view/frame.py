@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -11,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array
-from mjtactile.errors import ContactWarning, ViewError, of_type
+from mjtactile.errors import ViewError, of_type
+from mjtactile.plugin.health import quiet_contacts
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.mujoco_library import pad_sensor_names
 from mjtactile.sim.wrench import geom_frame
@@ -105,9 +105,8 @@ def take_frame(data: mujoco.MjData, pads: Mapping[str, TactileSensor]) -> Frame:
         data: state of the simulation, after a step or a forward pass.
         pads: sensors by name.
     """
-    with warnings.catch_warnings():
-        # Contacts are solved a second time for the outlines; the plugin has already issued their warnings.
-        warnings.simplefilter("ignore", ContactWarning)
+    # Contacts are solved a second time for the outlines; the plugin has already issued their warnings.
+    with quiet_contacts():
         felt = {name: _shown_pad(data, sensor) for name, sensor in pads.items()}
     return Frame(
         float(data.time),

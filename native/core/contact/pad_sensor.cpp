@@ -92,9 +92,7 @@ double borne_by(const CellContact& contact) {
 }  // namespace
 
 Point on_pad(const SolvedCells& solved, const double* at) {
-  if (solved.bent == nullptr) return solved.placement({at[0], at[1]});
-  const SeenSurface seen = solved.bent->plane().beyond(at[0], at[1]);
-  return {seen.x, seen.y};
+  return solved.bent == nullptr ? solved.placement({at[0], at[1]}) : solved.bent->plane().on_pad(at);
 }
 
 void add_rim(const SolvedCells& solved, std::vector<Segment>& edges) {
@@ -325,11 +323,7 @@ bool PadSensor<Value>::press_points(const Touch& seen, const BodyPress& press) {
 // Add the edges of the squares about contact points to the rim. `plane`: in whose frame they are; null on a flat pad.
 template <typename Value>
 void PadSensor<Value>::add_squares(const TangentPlane* plane) {
-  const auto here = [plane](const double* at) {
-    if (plane == nullptr) return Point{at[0], at[1]};
-    const SeenSurface seen = plane->beyond(at[0], at[1]);
-    return Point{seen.x, seen.y};
-  };
+  const auto here = [plane](const double* at) { return plane == nullptr ? Point{at[0], at[1]} : plane->on_pad(at); };
   for (const CellEdge& edge : points_.face().edges) rim_.push_back({here(edge.start), here(edge.end)});
 }
 

@@ -166,8 +166,8 @@ double PatchPress::exact_depth(const LawOptions& options) const {
 bool PatchPress::needs_nested(const LawOptions& options) const {
   const double depth = exact_depth(options);
   if (!options.tilting || options.cells >= kManyCells || !(depth > 0.0)) return false;
-  // The first nested cells are coarse. They are in vain if they are too narrow to be split.
-  if (!laid_.cells.lattices().could_split(1.0 / std::sqrt(kCoarse), options.narrowest)) return false;
+  // The first nested cells are coarser by this factor in length and width. They are in vain if they cannot be split.
+  if (!laid_.cells.lattices().can_split(std::sqrt(kCoarse) * options.narrowest)) return false;
   if (!settled_) return true;
   const double smooth = kNestedSmooth * depth / static_cast<double>(options.cells);
   return spots_.size() > 1 && laid_.cells.roughness(laid_.contact.pressed(), depth) > smooth;

@@ -36,6 +36,11 @@ class TangentPlane {
   // The same as look(), beyond the pad's edge as well. The plane itself replaces the surface where the normal does not
   // meet it.
   SeenSurface beyond(double u, double v) const;
+  // The point of the surface there, along x and y in the pad frame [m].
+  Point on_pad(const double* at) const {
+    const SeenSurface seen = beyond(at[0], at[1]);
+    return {seen.x, seen.y};
+  }
   // Bounds of the surface above a rectangle of the pad's plane, with a small margin.
   SeenPiece piece(const Rectangle& above) const;
   // Bounds of the pad's whole surface.

@@ -17,6 +17,8 @@ struct Lattice {
 
   std::size_t cells() const { return columns * rows; }
   double width() const { return size / stretch; }
+  // Whether cells half as wide are not narrower than `narrowest` [m].
+  bool splits(double narrowest) const { return width() >= 2.0 * narrowest; }
   // The point with given lattice coordinates, which count cells from the lattice's first corner [m].
   Point at(double column, double row) const {
     const double x = (column - static_cast<double>(columns) / 2) * size;

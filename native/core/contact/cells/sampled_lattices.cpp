@@ -120,9 +120,8 @@ void SampledLattices::settle(const std::vector<Region>& regions) {
   counted_ -= twice_.size();
 }
 
-bool SampledLattices::could_split(double larger, double narrowest) const {
-  return std::any_of(lattices_.begin(), lattices_.end(),
-                     [=](const Lattice& one) { return larger * one.width() >= 2.0 * narrowest; });
+bool SampledLattices::can_split(double narrowest) const {
+  return std::any_of(lattices_.begin(), lattices_.end(), [=](const Lattice& one) { return one.splits(narrowest); });
 }
 
 void SampledLattices::split(const std::vector<std::uint8_t>& chosen, const HeightWindow& view, double narrowest) {
@@ -131,7 +130,7 @@ void SampledLattices::split(const std::vector<std::uint8_t>& chosen, const Heigh
   splits_.clear();
   const std::size_t count = size();
   for (std::size_t own = 0; own < count; ++own) {
-    if (lattices_[own].width() >= 2.0 * narrowest) split_lattice(own, chosen, view);
+    if (lattices_[own].splits(narrowest)) split_lattice(own, chosen, view);
   }
 }
 

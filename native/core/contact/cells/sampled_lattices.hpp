@@ -38,8 +38,8 @@ class SampledLattices {
   // Where a lattice has grown out of its region over cells of another one, count the cells of one of them. `regions`:
   // those of the lattices.
   void settle(const std::vector<Region>& regions);
-  // Whether cells of some lattice could be split if the lattices' cells were larger by a factor in length and width.
-  bool could_split(double larger, double narrowest) const;
+  // Whether cells of some lattice can be split into cells that are not narrower than `narrowest`.
+  bool can_split(double narrowest) const;
   // Replace numbered cells by up to four each, half as long and half as wide, but by none narrower than `narrowest`.
   // They are cells of further lattices. `chosen`: whether to replace the cell of each number. All numbers are lost.
   void split(const std::vector<std::uint8_t>& chosen, const HeightWindow& view, double narrowest);
