@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import warnings
-
 import mujoco
 import numpy as np
-import shapely
-from shapely import MultiPolygon, Polygon
 
-from mjtactile._types import Array, Indices
+from mjtactile._types import Array
 from mjtactile.contact.footprint import FACING_GAP
-from mjtactile.contact.laws import BY_NAME
 from mjtactile.contact.options import contact_options
 from mjtactile.contact.press import Rim
-from mjtactile.errors import ContactWarning, FootprintError, SceneError, of_type
+from mjtactile.errors import SceneError, of_type
 from mjtactile.fidelity import DEFAULT, Fidelity
-from mjtactile.geometry.planar import areal
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import ContactState, SurfaceLoad
 from mjtactile.pad import Pad, require_pad
@@ -24,11 +18,9 @@ from mjtactile.plugin.attributes import plugin_sensor, shared_influence
 from mjtactile.plugin.health import Health
 from mjtactile.plugin.reader import NativeReader
 from mjtactile.plugin.reading import Reading
-from mjtactile.sim.curved_outline import curved_outline
-from mjtactile.sim.footprints import GapImprints, SectionImprints, geoms_in_pad
-from mjtactile.sim.geoms import geom_shape, pad_geom, pressing_geoms
 from mjtactile.sim.mujoco_library import check_data
-from mjtactile.sim.wrench import PadFrame, contact_wrenches, geom_frame
+from mjtactile.sim.pad_check import pad_geom
+from mjtactile.sim.wrench import contact_wrenches
 from mjtactile.units import finite_number
 
 _SENSORS_OFF = mujoco.mjtDisableBit.mjDSBL_SENSOR.value
@@ -127,7 +119,8 @@ class TactileSensor:
     def load(self, data: mujoco.MjData) -> SurfaceLoad | None:
         """Tractions on the pad as nodal forces [N]; None without contact.
 
-        The load's residual is the part of the contact wrench that the tractions do not carry.
+        The load's residual is the part of the contact wrench that the tractions do not carry. Its contact is the area
+        that bears, to a contact cell; flat faces are exact.
 
         Raises:
             SceneError: `data` belongs to another model.
@@ -157,47 +150,8 @@ class TactileSensor:
         self._check(data)
         return contact_wrenches(self.model, data, self.geom).total
 
-    def outline(self, data: mujoco.MjData) -> Polygon | MultiPolygon:
-        """Union of the outlines of all bodies that press on the pad, in the pad frame [m]; empty without contact.
-
-        On a flat pad, the outline of a round body is everything that could touch the pad. On a curved pad it is the
-        part within `facing_gap` above the surface.
-
-        Warns:
-            ContactWarning: no part of a body faces the sensing surface.
-        """
-        self._check(data)
-        frame = geom_frame(self.model, data, self.geom)
-        contacts = contact_wrenches(self.model, data, self.geom, frame)
-        outlines = []
-        for body, wrench in contacts.by_body(self.model).items():
-            if not wrench.any() or body < 0:
-                continue
-            known = contacts.geoms[contacts.geoms >= 0]  # negative: a flex, not a geom
-            touching = known[self.model.geom_bodyid[known] == body]
-            try:
-                outlines.append(self._outline_of(data, frame, body, touching))
-            except FootprintError as error:
-                name = self.model.body(body).name or f"number {body}"
-                warnings.warn(f"body '{name}' has no outline over the pad: {error}", ContactWarning, stacklevel=2)
-        return areal(shapely.union_all(outlines))
-
     def _check(self, data: mujoco.MjData) -> None:
         check_data(self.model, data, "the model that the TactileSensor was made with")
-
-    def _outline_of(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: Indices) -> Polygon | MultiPolygon:
-        """Outline of the part of a body that faces the pad [m]; `touching` holds the ids of its geoms in contact."""
-        model, gap = self.model, self.facing_gap
-        if not self.pad.surface.is_flat:
-            placed = geoms_in_pad(data, frame, pressing_geoms(model, body, touching))
-            shapes = [(geom_shape(model, geom), pose) for geom, pose in placed.items()]
-            return curved_outline(shapes, self.pad, facing_gap=gap)
-        if BY_NAME[self.law].shapes:
-            level = self.tilt == "fixed"
-            imprints = GapImprints(model, self.geom, self.influence.surface, facing_gap=gap, level=level)
-        else:
-            imprints = SectionImprints(model, self.geom, self.influence.surface, facing_gap=gap)
-        return imprints.footprint(data, frame, body, touching).outline
 
 
 def _checked_gap(gap: float) -> float:

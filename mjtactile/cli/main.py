@@ -237,7 +237,7 @@ def _draw_press(report: Any, path: Path) -> None:
         picture = None
     shape = report.shape.replace("$", r"\$")  # a bare dollar sign would begin a formula
     title = f"{shape}, {report.force_reached / GRAM_FORCE:.4g} gf"
-    drawn = press_figure(report.influence.pad, report.readings, report.outline, title=title, picture=picture)
+    drawn = press_figure(report.influence.pad, report.readings, report.contact, title=title, picture=picture)
     save_figure(path, drawn, dpi=130)
 
 

@@ -40,7 +40,7 @@ def press_figure(
     Args:
         pad: the pad.
         readings: (layers, rows, columns) [Pa]; or (taxels,) for free taxels, which are drawn by bands of depth.
-        outline: outline of the body in the pad frame [m].
+        outline: of the contact in the pad frame [m].
         title: title of the figure.
         picture: RGB image (height, width, 3) of the scene; without it that panel is omitted.
 
@@ -155,7 +155,7 @@ def _draw_stack(axes: Axes, pad: Pad, y: float) -> None:
 
 
 def _finish_section(axes: Axes, pad: Pad, y: float, outline: Polygon | MultiPolygon, shading: ScalarMappable) -> None:
-    """Draw the body's outline as a line on the surface, and the colour scale."""
+    """Draw the contact as a line on the surface, and the colour scale."""
     cut = outline.intersection(_line_at(pad, y))
     for part in getattr(cut, "geoms", [cut]):
         if not part.is_empty:

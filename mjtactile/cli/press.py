@@ -66,7 +66,6 @@ class PressReport:
         settled: time, wrench and error of the settled press.
         readings: von Mises stress [Pa], (layers, rows, columns), or (taxels,) for free taxels.
         load: tractions on the pad and the state of the contact.
-        outline: outline of the body's part that faces the pad, pad frame [m].
         influence: influence matrices of the pad.
         law: contact law.
         update_time: median time of an update [s].
@@ -79,7 +78,6 @@ class PressReport:
     settled: PressResult
     readings: Array
     load: SurfaceLoad
-    outline: Polygon | MultiPolygon
     influence: InfluenceMatrices
     law: str
     update_time: float
@@ -140,7 +138,6 @@ class PressReport:
             "commanded_force": self.commanded,
             **_places(pad),
             "contact_wkt": np.array(self.contact.wkt),
-            "outline_wkt": np.array(self.outline.wkt),
             "report_json": np.array(json.dumps(self.as_dict())),
             "pad_json": np.array(json.dumps(pad.description)),
         }
@@ -210,7 +207,6 @@ def run_press(problem: PressProblem) -> PressReport:
         settled=settled,
         readings=influence.readings(load),
         load=load,
-        outline=sensor.outline(data),
         influence=influence,
         law=sensor.law,
         update_time=update_time,

@@ -25,8 +25,8 @@ from mjtactile.plugin.engine import Instance, attribute_names, running_layout
 from mjtactile.plugin.health import HEALTH_NUMBERS, Health
 from mjtactile.plugin.model_copy import ModelCopy
 from mjtactile.plugin.reading import Reading, fill_instance
-from mjtactile.sim.geoms import check_pad_geom
 from mjtactile.sim.mujoco_library import element_id, is_pad_sensor, pad_sensor_names, plugin_config
+from mjtactile.sim.pad_check import check_pad_geom
 
 #: Outputs that a sensor can have.
 OUTPUTS = ("von_mises", "stress", "wrench", "carried", "range")

@@ -19,7 +19,7 @@ from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad, TaxelGrid
 from mjtactile.plugin.engine import Instance
 from mjtactile.plugin.health import Names, register
-from mjtactile.sim.geoms import SIZE_TOLERANCE
+from mjtactile.sim.pad_check import SIZE_TOLERANCE
 
 #: A body whose pose changes by less than this counts as at rest, so that its wrench basis is used again [m or rad].
 POSE_TOLERANCE = 1e-6

@@ -24,7 +24,6 @@ from mjtactile._types import Array, Indices
 from mjtactile.geometry.indenter import Indenter
 from mjtactile.geometry.planar import support_points
 from mjtactile.pad import Pad
-from mjtactile.sim.geoms import SHOWN
 from mjtactile.sim.pad_geom import contact_attributes, piece_names
 from mjtactile.sim.pad_solid import pad_solid
 
@@ -34,7 +33,8 @@ INDENTER_MASS = 15e-3
 FOOT_RADIUS = 0.5e-3
 #: Initial gap between indenter and pad [m]: no contact at rest, contact after one step.
 START_GAP = 1e-6
-
+#: End of the names of geoms that press instead of their body's colliding geoms.
+SHOWN = "_tactile"
 #: Simulation options of every world here.
 OPTION = {
     "timestep": "0.001",
@@ -231,7 +231,7 @@ def _indenter_body(indenter: Indenter, feet: Array | None, *, on_feet: bool = Tr
 
 
 def _solid_geom(indenter: Indenter, *, collides: bool) -> ET.Element:
-    # A geom that does not collide presses only if its name ends in "_tactile" (geoms.py).
+    # A geom that does not collide presses only if its name says so.
     name = f"{indenter.name}_solid" if collides else f"{indenter.name}{SHOWN}"
     geom = ET.Element("geom", name=name, group="2", mass=numbers((INDENTER_MASS,)), rgba="0.85 0.55 0.3 1")
     if not collides:

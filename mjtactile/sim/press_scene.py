@@ -20,9 +20,8 @@ from mjtactile._types import Array
 from mjtactile.contact.options import vector
 from mjtactile.errors import IndenterError, SceneError, of_type
 from mjtactile.geometry.indenter import Indenter, mesh_indenter, punch
+from mjtactile.geometry.lower_surface import LowerSurface
 from mjtactile.geometry.planar import areal, polygons_of, support_points
-from mjtactile.geometry.primitives import Pose
-from mjtactile.geometry.triangle_mesh import TriangleSurface
 from mjtactile.pad import Pad, require_pad
 from mjtactile.sim.mjcf import press_mjcf
 from mjtactile.sim.mujoco_library import check_data, element_id
@@ -190,9 +189,7 @@ def _touching_height(indenter: Indenter, pad: Pad, shift: tuple[float, float], r
         [[math.cos(turn), -math.sin(turn), 0.0], [math.sin(turn), math.cos(turn), 0.0], [0.0, 0.0, 1.0]]
     )
     x, y = np.meshgrid(*(np.linspace(-side / 2, side / 2, _SAMPLES) for side in pad.size))
-    solid = indenter.solid
-    body = TriangleSurface(np.asarray(solid.vertices, dtype=float), np.asarray(solid.faces), closed=True)
-    above = body.heights(Pose(np.array([*shift, 0.0]), rotation), x.ravel(), y.ravel(), -1.0)
+    above = LowerSurface.of_solid(indenter.solid).heights(np.array([*shift, 0.0]), rotation, x.ravel(), y.ravel())
     return float(np.max(pad.surface.height(x, y).ravel() - above))
 
 

@@ -16,8 +16,8 @@ _LEVEL, _BEARS = 0.5, 0.1
 def pressed_outline(load: SurfaceLoad | None) -> Array:
     """Line segments around the area under pressure, pad frame [m], (segments, 2, 2).
 
-    The lines are accurate to a cell of the surface grid; `TactileSensor.outline` is exact but takes tens of
-    milliseconds.
+    The lines are accurate to a cell of the surface grid. `SurfaceLoad.contact` is accurate to a contact cell, but takes
+    several times as long.
 
     Args:
         load: on the pad; None without contact.

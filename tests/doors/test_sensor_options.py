@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from shapely import box
+from shapely import Polygon, box
 
 import mjtactile.sensor
 from mjtactile.contact.contact_load import contact_load
@@ -20,7 +20,7 @@ from mjtactile.plugin.attributes import Attributes
 from mjtactile.plugin.engine import attribute_names
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.press_scene import press, press_scene
-from mjtactile.sim.wrench import contact_wrenches
+from mjtactile.sim.wrench import contact_wrenches, geom_frame
 
 OPTION = '<option timestep="0.001" integrator="implicitfast" cone="elliptic" impratio="100" jacobian="dense"/>'
 PAD_GEOM = """name="pad" type="box" size="0.0075 0.0075 0.0025" priority="1" condim="4" solref="0.003 1"
@@ -152,9 +152,16 @@ def pad_on_terrain() -> tuple[mujoco.MjModel, mujoco.MjData]:
 def test_a_height_field_presses_on_a_pad_that_lies_on_it(draft):
     model, data = pad_on_terrain()
     sensor = TactileSensor(model, influence=draft, law="uniform")
+    load = sensor.load(data)
+    assert load is not None
     assert sensor.read(data).max() > 0.0
-    # A plateau of 6 x 4 mm whose flanks fall by 2 mm over the next 1 mm: 50 um down it is 0.025 mm wider all round.
-    assert sensor.outline(data).area == pytest.approx(6.05e-3 * 4.05e-3, rel=0.01)
+    # A plateau of 6 x 4 mm whose flanks fall by 2 mm over the next 1 mm: 50 um down it is 0.025 mm wider all round. The
+    # load is off its middle, so that a part of it does not bear.
+    frame = geom_frame(model, data, sensor.geom)
+    corners = np.array([[-3.025, -2.025], [3.025, -2.025], [3.025, 2.025], [-3.025, 2.025]]) * 1e-3
+    seen = (np.column_stack([corners, np.full(4, 2e-3)]) - frame.position) @ frame.rotation
+    assert load.contact.within(Polygon(seen[:, :2]).buffer(5e-5))
+    assert load.contact.area > 0.6 * Polygon(seen[:, :2]).area
     np.testing.assert_allclose(sensor.wrench(data)[2], -0.02 * 9.81, rtol=0.02)
 
 
@@ -181,7 +188,7 @@ def test_a_signed_distance_function_presses_with_a_ring(draft):
     np.testing.assert_allclose(load.resultant()[0], contact_wrenches(model, data, 0).total[:3], atol=1e-9)
     # A ring of 4 mm radius, where its tube of 2 mm is 50 um above its bottom; sunk in a little, and a mesh.
     width = 2 * np.sqrt(2 * 2e-3 * 5e-5)
-    assert sensor.outline(data).area == pytest.approx(2 * np.pi * 4e-3 * width, rel=0.1)
+    assert load.contact.area == pytest.approx(2 * np.pi * 4e-3 * width, rel=0.1)
 
 
 def two_boxes(gap: float) -> tuple[mujoco.MjModel, mujoco.MjData]:

@@ -9,7 +9,7 @@ import pytest
 from mjtactile.experiments.hands.fingertip import CURVED_PADS, HandModel
 from mjtactile.experiments.hands.gripper import GRIPPER
 from mjtactile.experiments.hands.hand import HAND, HAND_PADS
-from mjtactile.sim.geoms import check_pad_geom
+from mjtactile.sim.pad_check import check_pad_geom
 from mjtactile.sim.wrench import geom_frame
 
 

@@ -23,7 +23,7 @@ from robosuite.models.grippers import gripper_factory  # pyright: ignore[reportM
 import mjtactile
 import mjtactile.attach
 from mjtactile.hands import HandPad, attach_hand, check_model, hand
-from mjtactile.sim.geoms import check_pad_geom, geom_solid
+from mjtactile.sim.pad_check import check_pad_geom
 
 GRIPPERS = Path(str(robosuite.__file__)).parent / "models" / "assets" / "grippers"
 #: By hand: the class of robosuite's, and its file.
@@ -77,8 +77,14 @@ def over_hulls(model: Any, one: HandPad) -> tuple[float, float]:
 
 def geom_solid_hull(model: Any, geom: int) -> trimesh.Trimesh:
     """What MuJoCo collides of a geom."""
-    if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_MESH:
-        return geom_solid(model, geom)
+    size, kind = model.geom_size[geom], model.geom_type[geom]
+    if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        return trimesh.creation.box(2 * size)
+    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        return trimesh.creation.cylinder(size[0], 2 * size[1])
+    if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+        return trimesh.creation.uv_sphere(size[0])
+    assert kind == mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom(int(kind))
     mesh = int(model.geom_dataid[geom])
     first = int(model.mesh_vertadr[mesh])
     return trimesh.convex.convex_hull(model.mesh_vert[first : first + int(model.mesh_vertnum[mesh])].astype(float))

@@ -15,7 +15,7 @@ from pads_on_bodies import surface_in_body
 import mjtactile.attach
 from mjtactile.errors import SceneError
 from mjtactile.hands import HANDS, Hand, HandPad, attach_hand, check_model, hand
-from mjtactile.sim.geoms import check_pad_geom
+from mjtactile.sim.pad_check import check_pad_geom
 
 HAS_SHADOW = find_spec("gymnasium_robotics") is not None
 needs_shadow = pytest.mark.skipif(not HAS_SHADOW, reason="gymnasium-robotics, which brings the hand, is not installed")

@@ -15,8 +15,8 @@ from mjtactile.errors import SceneError
 from mjtactile.geometry.indenter import indenter_outline, indenter_solid, mesh_indenter, punch, sphere
 from mjtactile.pad import Pad
 from mjtactile.pad_shape.surfaces import SphereCap
-from mjtactile.sim.geoms import check_pad_geom
 from mjtactile.sim.mjcf import pad_mjcf
+from mjtactile.sim.pad_check import check_pad_geom
 from mjtactile.sim.pad_geom import add_pad_geom, pad_pieces
 from mjtactile.sim.pad_solid import MOST_PIECES, PROUD, SAGITTA, Solid, pad_solid
 from mjtactile.sim.press_scene import press, press_scene

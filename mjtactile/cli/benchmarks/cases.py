@@ -18,8 +18,8 @@ from mjtactile.contact.footprint import Footprint, GapFunction
 from mjtactile.contact.laws import BY_NAME
 from mjtactile.errors import MjTactileError
 from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.geometry.lower_surface import LowerSurface
 from mjtactile.geometry.outlines import INDENTER_NAMES, ellipse, punch_outline
-from mjtactile.geometry.primitives import Box, Cylinder, Ellipsoid, Pose, Shape
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import Area, SurfaceLoad
 from mjtactile.pad import force_vector
@@ -166,22 +166,24 @@ def _punch(name: str, rotation: Rotation) -> Body:
 def _solid(case: dict[str, Any], rotation: Rotation) -> Body:
     """A sphere, cylinder or box above the pad, its centre over the origin."""
     sizes = {name: np.array(case[name]) * MILLIMETRE for name in ("radius", "length", "size") if name in case}
-    shape: Shape
     match case["shape"]:
         case "sphere":
             extent = float(sizes["radius"])
-            shape = Ellipsoid((extent, extent, extent))
+            surface = LowerSurface.of_sphere(extent)
         case "cylinder":
-            shape = Cylinder(float(sizes["radius"]), float(sizes["length"]) / 2)
-            extent = float(np.hypot(shape.radius, shape.half_length))
+            radius, length = float(sizes["radius"]), float(sizes["length"])
+            surface, extent = LowerSurface.of_cylinder(radius, length), float(np.hypot(radius, length / 2))
         case "box":
-            shape = Box(tuple((sizes["size"] / 2).tolist()))
-            extent = float(np.linalg.norm(shape.half_sizes))
+            surface, extent = LowerSurface.of_box(sizes["size"]), float(np.linalg.norm(sizes["size"])) / 2
         case other:
             known = (*INDENTER_NAMES, "sphere", "cylinder", "box")
             raise MjTactileError(f"shape {other!r} of a case does not exist. Available: {', '.join(known)}.")
-    pose = Pose(np.array([0.0, 0.0, extent]), rotation.as_matrix())
-    return Body(None, lambda x, y: shape.heights(pose, x, y, 0.0))
+    centre, matrix = np.array([0.0, 0.0, extent]), rotation.as_matrix()
+
+    def heights(x: Array, y: Array) -> Array:
+        return surface.heights(centre, matrix, np.ravel(x), np.ravel(y), floor=0.0).reshape(np.shape(x))
+
+    return Body(None, heights)
 
 
 def _calculix_body(geometry: dict[str, Any]) -> Body:

@@ -26,8 +26,7 @@ from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 from mjtactile.geometry.indenter import indenter_outline, indenter_solid
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.geometry.planar import support_points
-from mjtactile.sim.geoms import SHOWN
-from mjtactile.sim.mjcf import FOOT_RADIUS
+from mjtactile.sim.mjcf import FOOT_RADIUS, SHOWN
 
 #: Ranges of mass [kg] and friction [-].
 MASSES, FRICTIONS = (0.03, 0.15), (0.3, 1.0)

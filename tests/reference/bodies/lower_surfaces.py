@@ -11,14 +11,16 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from shapely import Polygon
+from dense_cells import Heights
 
-from mjtactile._types import Array
-from mjtactile.geometry.height_minimum import Rectangle, lowest_near
-from mjtactile.geometry.outlines import ellipse
+from mjtactile._types import Array, Indices
 
 #: A direction is parallel to a face if the sine of the angle between them is below this.
 _PARALLEL = 1e-12
+#: Bins along each axis in which triangles are looked up.
+BINS = 48
+#: Points this far outside a triangle, over its size, still meet it.
+SEAM = 1e-9
 
 
 class Pose(NamedTuple):
@@ -30,6 +32,15 @@ class Pose(NamedTuple):
     def points(self, local: Array) -> Array:
         """Transform points (n, 3) from the shape's frame to the pad frame [m]."""
         return self.position + local @ self.rotation.T
+
+
+class Rectangle(NamedTuple):
+    """An upright rectangle in the pad frame [m]."""
+
+    west: float
+    south: float
+    east: float
+    north: float
 
 
 class Shape(Protocol):
@@ -49,34 +60,6 @@ class Shape(Protocol):
         """
         ...
 
-    def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
-        """The least height over a rectangle [m]; infinite if no part of the shape is above it.
-
-        Args:
-            pose: of the shape in the pad frame.
-            sheet: the rectangle, in the pad frame [m].
-            floor: parts below this height are ignored [m].
-        """
-        ...
-
-
-@dataclass(frozen=True)
-class Facet:
-    """A flat part of a lower surface."""
-
-    outline: Polygon  #: seen along the pad's normal, in the pad frame [m]
-    plane: tuple[float, float, float]  #: its height is plane[0] + plane[1] x + plane[2] y [m]
-
-    def heights(self, x: Array, y: Array) -> Array:
-        """Height of the facet's plane at points (x, y) [m], shape (n,)."""
-        return self.plane[0] + self.plane[1] * x + self.plane[2] * y
-
-    @classmethod
-    def through(cls, outline: Polygon, point: Array, normal: Array) -> Facet:
-        """The facet in the plane through a point (3,) [m] with a normal (3,), whose z component must not be zero."""
-        along_x, along_y = -normal[0] / normal[2], -normal[1] / normal[2]
-        return cls(outline, (float(point[2] - along_x * point[0] - along_y * point[1]), along_x, along_y))
-
 
 @dataclass(frozen=True)
 class Ellipsoid:
@@ -90,16 +73,6 @@ class Ellipsoid:
         enter, leave = _through_unit_ball(origins / self.semi_axes, direction / np.array(self.semi_axes))
         return _above(_entry(enter, leave), floor)
 
-    def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
-        """The least height over a rectangle of the pad frame [m]; see `Shape.lowest`."""
-        down = -pose.rotation[2]
-        scaled = np.array(self.semi_axes) * down
-        bottom = pose.points((np.array(self.semi_axes) * scaled / np.linalg.norm(scaled))[None])
-        longest = np.zeros(3)
-        longest[np.argmax(self.semi_axes)] = max(self.semi_axes)
-        axis = pose.points(np.stack([-longest, longest]))
-        return lowest_near(lambda x, y: self.heights(pose, x, y, floor), sheet, floor, bottom, axis)
-
 
 @dataclass(frozen=True)
 class Capsule:
@@ -111,20 +84,12 @@ class Capsule:
     def heights(self, pose: Pose, x: Array, y: Array, floor: float) -> Array:
         """Height of the lower surface over points (x, y) of the pad frame [m], shape (n,); see `Shape.heights`."""
         origins, direction = _rays(pose, x, y)
-        height = _entry(*_common(_through_barrel(origins, direction, self.radius), self._slab(origins, direction)))
+        slab = _through_slab(origins[:, 2], direction[2], self.half_length)
+        height = _entry(*_common(_through_barrel(origins, direction, self.radius), slab))
         for end in (-self.half_length, self.half_length):
             from_end = (origins - (0.0, 0.0, end)) / self.radius
             height = np.minimum(height, _entry(*_through_unit_ball(from_end, direction / self.radius)))
         return _above(height, floor)
-
-    def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
-        """The least height over a rectangle of the pad frame [m]; see `Shape.lowest`."""
-        axis = pose.points(np.array([[0.0, 0.0, -self.half_length], [0.0, 0.0, self.half_length]]))
-        bottom = _lower(axis) - (0.0, 0.0, self.radius)
-        return lowest_near(lambda x, y: self.heights(pose, x, y, floor), sheet, floor, bottom, axis)
-
-    def _slab(self, origins: Array, direction: Array) -> tuple[Array, Array]:
-        return _through_slab(origins[:, 2], direction[2], self.half_length)
 
 
 @dataclass(frozen=True)
@@ -140,24 +105,6 @@ class Cylinder:
         slab = _through_slab(origins[:, 2], direction[2], self.half_length)
         return _above(_entry(*_common(_through_barrel(origins, direction, self.radius), slab)), floor)
 
-    def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
-        """The least height over a rectangle of the pad frame [m]; see `Shape.lowest`."""
-        axis = pose.points(np.array([[0.0, 0.0, -self.half_length], [0.0, 0.0, self.half_length]]))
-        sideways = -pose.rotation[2, :2]
-        length = float(np.linalg.norm(sideways))
-        arm = np.zeros(3) if length < _PARALLEL else np.array([*(self.radius / length * sideways), 0.0])
-        bottom = _lower(axis) + pose.rotation @ arm
-        return lowest_near(lambda x, y: self.heights(pose, x, y, floor), sheet, floor, bottom, axis)
-
-    def facets(self, pose: Pose) -> list[Facet]:
-        """The end that faces down, as a polygon with the circle's area."""
-        up = pose.rotation[2, 2]
-        if abs(up) < _PARALLEL:
-            return []
-        rim = np.array(ellipse(self.radius, self.radius).exterior.coords)[:-1]
-        corners = pose.points(np.column_stack([rim, np.full(len(rim), -np.sign(up) * self.half_length)]))
-        return [Facet.through(Polygon(corners[:, :2]), corners.mean(axis=0), pose.rotation[:, 2])]
-
 
 @dataclass(frozen=True)
 class Box:
@@ -171,35 +118,6 @@ class Box:
         slabs = [_through_slab(origins[:, k], direction[k], self.half_sizes[k]) for k in range(3)]
         return _above(_entry(*_common(*slabs)), floor)
 
-    def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
-        """The least height over a rectangle of the pad frame [m]; see `Shape.lowest`."""
-        bottom = pose.position - pose.rotation @ (np.sign(pose.rotation[2]) * self.half_sizes)
-        if sheet.holds(bottom[0], bottom[1]) and bottom[2] >= floor:
-            return float(bottom[2])
-        return min((sheet.lowest_of_polygon(corners, floor) for corners in self._lower_faces(pose)), default=np.inf)
-
-    def facets(self, pose: Pose) -> list[Facet]:
-        """The faces that face down."""
-        faces = self._lower_faces(pose)
-        normals = [np.cross(corners[1] - corners[0], corners[3] - corners[0]) for corners in faces]
-        # A vertical wall has no area seen from above, and its height is no function of (x, y).
-        seen = [(c, n) for c, n in zip(faces, normals, strict=True) if n[2] != 0.0]
-        return [Facet.through(Polygon(c[:, :2]), c.mean(axis=0), n) for c, n in seen]
-
-    def _lower_faces(self, pose: Pose) -> list[Array]:
-        """Corners of the faces that face down, in order around each, shapes (4, 3) [m]."""
-        faces = []
-        for axis in range(3):
-            up = pose.rotation[2, axis]
-            if abs(up) < _PARALLEL:
-                continue
-            corners = np.empty((4, 3))
-            corners[:, axis] = -np.sign(up) * self.half_sizes[axis]
-            for other, signs in ((axis - 1, (-1, 1, 1, -1)), (axis - 2, (-1, -1, 1, 1))):
-                corners[:, other] = self.half_sizes[other] * np.array(signs)
-            faces.append(pose.points(corners))
-        return faces
-
 
 @dataclass(frozen=True)
 class HalfSpace:
@@ -207,20 +125,81 @@ class HalfSpace:
 
     def heights(self, pose: Pose, x: Array, y: Array, floor: float) -> Array:
         """Height of the lower surface over points (x, y) of the pad frame [m], shape (n,); see `Shape.heights`."""
-        facets = self.facets(pose)
-        return _above(facets[0].heights(x, y), floor) if facets else np.full(np.shape(x), np.inf)
-
-    def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
-        """The least height over a rectangle of the pad frame [m]; see `Shape.lowest`."""
-        return float(self.heights(pose, sheet.corners[:, 0], sheet.corners[:, 1], floor).min())
-
-    def facets(self, pose: Pose) -> list[Facet]:
-        """The plane if it faces down, as a square of one kilometre."""
         normal = pose.rotation[:, 2]
         if normal[2] > -_PARALLEL:
-            return []
-        square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * 500.0
-        return [Facet.through(Polygon(square), pose.position, normal)]
+            return np.full(np.shape(x), np.inf)
+        offset = normal @ pose.position
+        return _above((offset - normal[0] * x - normal[1] * y) / normal[2], floor)
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleMesh:
+    """A triangle mesh."""
+
+    vertices: Array  #: [m], shape (n, 3)
+    triangles: Indices  #: vertices of each, counter-clockwise from outside, shape (m, 3)
+    closed: bool = True  #: in an open mesh both sides of each triangle are solid
+
+    def heights(self, pose: Pose, x: Array, y: Array, floor: float) -> Array:
+        """Height of the lower surface over points (x, y) of the pad frame [m], shape (n,); see `Shape.heights`."""
+        corners = pose.points(self.vertices)[self.triangles]
+        both = corners if self.closed else np.concatenate([corners, corners[:, ::-1]])
+        return triangle_heights(both, floor)(x, y)
+
+
+def triangle_heights(corners: Array, floor: float) -> Heights:
+    """Lower surface of triangles that are counter-clockwise from outside, (n, 3 corners, 3) [m].
+
+    Those that face down count, as far as they are no lower than `floor` [m]. Triangles are put into bins over the
+    points that are asked for, so that each point meets few.
+    """
+    first, along, across = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]
+    size = np.abs(along).max(axis=1) + np.abs(across).max(axis=1)
+    facing = area < -1e-9 * size**2
+    corners, first, along, across, area = (one[facing] for one in (corners, first, along, across, area))
+    low, high = corners[..., :2].min(axis=1), corners[..., :2].max(axis=1)
+
+    def heights(x: Array, y: Array) -> Array:
+        points = np.column_stack([x, y])
+        found = np.full(len(points), np.inf)
+        if not len(points):
+            return found
+        start, end = points.min(axis=0), points.max(axis=0)
+        seen = np.flatnonzero(((low <= end) & (high >= start)).all(axis=1))
+        if not len(seen):
+            return found
+        width = np.maximum(end - start, 1e-12) * (1 + 1e-9) / BINS
+        bin_of = np.floor((points - start) / width).astype(np.int64)
+        slack = 1e-6 * width
+        west, east = (
+            np.clip(np.floor((side - start) / width).astype(np.int64), 0, BINS - 1)
+            for side in (low[seen] - slack, high[seen] + slack)
+        )
+        # One entry per triangle and bin that its box meets.
+        spans = east - west + 1
+        counts = spans.prod(axis=1)
+        owner = np.repeat(np.arange(len(seen)), counts)
+        place = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+        column = west[owner, 0] + place // spans[owner, 1]
+        row = west[owner, 1] + place % spans[owner, 1]
+        key = column * BINS + row
+        order = np.argsort(key, kind="stable")
+        starts = np.searchsorted(key[order], np.arange(BINS * BINS + 1))
+        point_key = bin_of[:, 0] * BINS + bin_of[:, 1]
+        entries = starts[point_key + 1] - starts[point_key]
+        point = np.repeat(np.arange(len(points)), entries)
+        entry = starts[point_key][point] + np.arange(len(point)) - np.repeat(np.cumsum(entries) - entries, entries)
+        triangle = seen[owner[order[entry]]]
+        offset = points[point] - first[triangle, :2]
+        second = (offset[:, 0] * across[triangle, 1] - offset[:, 1] * across[triangle, 0]) / area[triangle]
+        third = (along[triangle, 0] * offset[:, 1] - along[triangle, 1] * offset[:, 0]) / area[triangle]
+        z = first[triangle, 2] + second * along[triangle, 2] + third * across[triangle, 2]
+        met = (second >= -SEAM) & (third >= -SEAM) & (second + third <= 1 + SEAM) & (z >= floor)
+        np.minimum.at(found, point[met], z[met])
+        return found
+
+    return heights
 
 
 def _rays(pose: Pose, x: Array, y: Array) -> tuple[Array, Array]:
@@ -274,9 +253,3 @@ def _entry(enter: Array, leave: Array) -> Array:
 
 def _above(height: Array, floor: float) -> Array:
     return np.where(height >= floor, height, np.inf)
-
-
-def _lower(ends: Array) -> Array:
-    """The lower of two points, or both where they are level, shape (1 or 2, 3) [m]."""
-    rise = ends[1, 2] - ends[0, 2]
-    return ends if abs(rise) < _PARALLEL else ends[[0 if rise > 0 else 1]]

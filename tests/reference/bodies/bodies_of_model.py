@@ -9,18 +9,14 @@ import mujoco
 import numpy as np
 from dense_cells import Heights
 from dense_contact import Body, DenseContact, dense_readings
+from lower_surfaces import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose, triangle_heights
 
 from mjtactile._types import Array
-from mjtactile.geometry.primitives import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.wrench import PadFrame, geom_frame
 
 #: Contacts whose normal leans more than this from the pad's press beside the surface, not on it [rad].
 MOST_LEAN = np.pi / 4
-#: Bins along each axis in which triangles are looked up.
-BINS = 48
-#: Points this far outside a triangle, over its size, still meet it.
-SEAM = 1e-9
 
 
 class Comparison(NamedTuple):
@@ -185,58 +181,3 @@ def _field_points(model: mujoco.MjModel, field: int) -> Array:
     here, right, up, across = grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]
     both = [np.stack([here, right, across], axis=2), np.stack([here, across, up], axis=2)]
     return np.concatenate([one.reshape(-1, 3, 3) for one in both])
-
-
-def triangle_heights(corners: Array, floor: float) -> Heights:
-    """Lower surface of triangles that are counter-clockwise from outside, (n, 3 corners, 3) [m].
-
-    Those that face down count, as far as they are no lower than `floor` [m]. Triangles are put into bins over the
-    points that are asked for, so that each point meets few.
-    """
-    first, along, across = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]
-    size = np.abs(along).max(axis=1) + np.abs(across).max(axis=1)
-    facing = area < -1e-9 * size**2
-    corners, first, along, across, area = (one[facing] for one in (corners, first, along, across, area))
-    low, high = corners[..., :2].min(axis=1), corners[..., :2].max(axis=1)
-
-    def heights(x: Array, y: Array) -> Array:
-        points = np.column_stack([x, y])
-        found = np.full(len(points), np.inf)
-        if not len(points):
-            return found
-        start, end = points.min(axis=0), points.max(axis=0)
-        seen = np.flatnonzero(((low <= end) & (high >= start)).all(axis=1))
-        if not len(seen):
-            return found
-        width = np.maximum(end - start, 1e-12) * (1 + 1e-9) / BINS
-        bin_of = np.floor((points - start) / width).astype(np.int64)
-        slack = 1e-6 * width
-        west, east = (
-            np.clip(np.floor((side - start) / width).astype(np.int64), 0, BINS - 1)
-            for side in (low[seen] - slack, high[seen] + slack)
-        )
-        # One entry per triangle and bin that its box meets.
-        spans = east - west + 1
-        counts = spans.prod(axis=1)
-        owner = np.repeat(np.arange(len(seen)), counts)
-        place = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
-        column = west[owner, 0] + place // spans[owner, 1]
-        row = west[owner, 1] + place % spans[owner, 1]
-        key = column * BINS + row
-        order = np.argsort(key, kind="stable")
-        starts = np.searchsorted(key[order], np.arange(BINS * BINS + 1))
-        point_key = bin_of[:, 0] * BINS + bin_of[:, 1]
-        entries = starts[point_key + 1] - starts[point_key]
-        point = np.repeat(np.arange(len(points)), entries)
-        entry = starts[point_key][point] + np.arange(len(point)) - np.repeat(np.cumsum(entries) - entries, entries)
-        triangle = seen[owner[order[entry]]]
-        offset = points[point] - first[triangle, :2]
-        second = (offset[:, 0] * across[triangle, 1] - offset[:, 1] * across[triangle, 0]) / area[triangle]
-        third = (along[triangle, 0] * offset[:, 1] - along[triangle, 1] * offset[:, 0]) / area[triangle]
-        z = first[triangle, 2] + second * along[triangle, 2] + third * across[triangle, 2]
-        met = (second >= -SEAM) & (third >= -SEAM) & (second + third <= 1 + SEAM) & (z >= floor)
-        np.minimum.at(found, point[met], z[met])
-        return found
-
-    return heights

@@ -4,11 +4,11 @@ import mujoco
 import numpy as np
 import pytest
 import trimesh
-from bodies_of_model import bodies_on_pad, compare, on_surface, triangle_heights
+from bodies_of_model import bodies_on_pad, compare, on_surface
+from lower_surfaces import Box, Pose, triangle_heights
 from measured_scenes import NAMES, pressed
 
 import mjtactile
-from mjtactile.geometry.primitives import Box, Pose
 from mjtactile.sim.wrench import contact_wrenches
 
 PAD = '<geom name="pad" type="box" size=".0075 .0075 .0025" pos="0 0 -.0025"/>'
