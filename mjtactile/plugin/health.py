@@ -1,8 +1,9 @@
 """Warnings and counts of the compiled core, passed to Python after the step.
 
 The core never calls Python during a step. It schedules a call for the next time that Python runs, which issues one
-warning for every pad, body and kind in a simulation. Of equal warnings Python shows what its filters say: by default
-the first. All occurrences are counted (`Health`), and those in other simulations reported at the end of the process.
+warning for every pad, body and kind, however many simulations follow one another. Inside another
+`warnings.catch_warnings`, as in every test, it is issued anew. All occurrences are counted (`Health`), and those in
+other simulations reported at the end of the process.
 """
 
 from __future__ import annotations
@@ -96,6 +97,9 @@ class Names:
 _names: dict[int, Names] = {}
 _numbers = itertools.count(1)
 _warned: Counter[str] = Counter()
+_issued: set[str] = set()
+#: Filters under which the warnings in `_issued` were issued; `warnings.catch_warnings` replaces this list.
+_filters: Any = None
 _quiet = threading.local()
 _lock = threading.Lock()
 
@@ -149,20 +153,23 @@ def deliver(library: ctypes.CDLL, stacklevel: int) -> None:
         stacklevel: of the code that the warnings point at, as for `warnings.warn`, counted from the caller.
 
     Warns:
-        ContactWarning: once for every pad, body and kind of problem in a simulation.
+        ContactWarning: once for every pad, body and kind of problem; where warnings are errors, in every simulation.
     """
     note, fresh = Note(), []
     while library.mjt_plugin_next_note(ctypes.byref(note)):
         names = _names.get(int(note.context))
         if names is None or not _enabled or getattr(_quiet, "now", False):
             continue
-        fresh.append(message(names, note))
+        text = message(names, note)
         with _lock:
-            _warned[fresh[-1]] += 1
+            _warned[text] += 1
+        if not _is_issued(text):
+            fresh.append(text)
     raised: ContactWarning | None = None
     for text in fresh:
         try:
             warnings.warn(text, ContactWarning, stacklevel=stacklevel + 1)
+            _issued.add(text)
         except ContactWarning as error:
             if raised is None:
                 raised = error
@@ -170,6 +177,16 @@ def deliver(library: ctypes.CDLL, stacklevel: int) -> None:
                 raised.add_note(text)
     if raised is not None:
         raise raised
+
+
+def _is_issued(text: str) -> bool:
+    """Whether a warning was issued, and not raised, since the filters of warnings were replaced."""
+    global _filters
+    with _lock:
+        if warnings.filters is not _filters:
+            _filters = warnings.filters
+            _issued.clear()
+        return text in _issued
 
 
 def message(names: Names, note: Note) -> str:

@@ -64,7 +64,7 @@ def test_shear_that_sticks_is_found_on_every_cell(name, fidelity):
 @pytest.mark.parametrize("again", [False, True])
 @pytest.mark.parametrize("enabled", [True, False])
 def test_contacts_beyond_small_strains_are_counted_and_warned_of_once_if_wanted(enabled, again):
-    """Once in every simulation; `again` is another one with equal names, whose warnings are told as well."""
+    """`again` is another simulation with equal names."""
     mjtactile.set_warnings(enabled)
     try:
         with warnings.catch_warnings(record=True) as told:
@@ -78,12 +78,15 @@ def test_contacts_beyond_small_strains_are_counted_and_warned_of_once_if_wanted(
     assert {one.filename for one in strains} <= {__file__}
 
 
-def test_by_default_equal_warnings_of_further_simulations_are_not_shown():
-    with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("default")
-        for _ in range(3):
-            pressed(100.0, name="repeated")
-    assert len([one for one in told if "no longer small" in str(one.message)]) == 1
+@pytest.mark.parametrize("shown", ["default", "always"])
+def test_equal_warnings_of_further_simulations_are_issued_where_the_filters_are_others(shown):
+    """An environment that makes a simulation for each episode warns once in a run, and each test hears of it."""
+    for _ in range(2):
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter(shown)
+            for _ in range(3):
+                pressed(100.0, name="repeated")
+        assert len([one for one in told if "no longer small" in str(one.message)]) == 1
 
 
 def test_while_contacts_are_to_be_quiet_nothing_is_told_or_counted():
@@ -98,11 +101,11 @@ def test_while_contacts_are_to_be_quiet_nothing_is_told_or_counted():
 
 def test_a_reading_that_is_asked_for_raises_its_warning_if_warnings_are_errors():
     model, data = pressed(100.0)
-    sensor = mjtactile.TactileSensor(model, geom="ff_pad", fidelity="fast")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        with pytest.raises(ContactWarning, match="no longer small"):
-            sensor.read(data)
+        for _ in range(2):
+            with pytest.raises(ContactWarning, match="no longer small"):
+                mjtactile.TactileSensor(model, geom="ff_pad", fidelity="fast").read(data)
 
 
 @pytest.mark.parametrize("output", ["von_mises", "wrench"])
