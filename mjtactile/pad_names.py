@@ -129,7 +129,7 @@ def _pad_of(values: Any) -> Pad:
 def _arguments(values: Any) -> dict[str, Any]:
     """Arguments of `Pad` from the values of a description."""
     curved = isinstance(values, dict) and "surface" in values
-    values = _checked("the pad", values, _PAD | {"surface"} if curved else _PAD)
+    values = _checked("the pad", values, _PAD, optional=frozenset({"surface"}))
     layers = values["layers"]
     if not isinstance(layers, list):
         raise PadError(f'"layers" = {shortened(layers)}; expected a list of layers, top first.')
@@ -163,14 +163,17 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def _checked(what: str, values: Any, names: frozenset[str]) -> dict[str, Any]:
-    """The values, after checking that they are a table with exactly these names."""
+def _checked(
+    what: str, values: Any, names: frozenset[str], *, optional: frozenset[str] = frozenset()
+) -> dict[str, Any]:
+    """The values, after checking that they are a table with these names, and no others but optional ones."""
     if not isinstance(values, dict):
         raise PadError(f"{what} = {shortened(values)}; expected an object with {', '.join(sorted(names))}.")
     if lacking := sorted(names - values.keys()):
         raise PadError(f'{what} lacks "{lacking[0]}"; expected all of {", ".join(sorted(names))}.')
-    if unknown := sorted(values.keys() - names):
-        raise PadError(f"{what} has no value {shortened(unknown[0])}. Available: {', '.join(sorted(names))}.")
+    if unknown := sorted(values.keys() - names - optional):
+        known = ", ".join(sorted(names | optional))
+        raise PadError(f"{what} has no value {shortened(unknown[0])}. Available: {known}.")
     return values
 
 

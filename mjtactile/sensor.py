@@ -37,11 +37,11 @@ class TactileSensor:
     Args:
         model: compiled model.
         pad: a Pad whose size and thickness are those of the geom; by default the paper's. Or the name of a sensor of
-            the plugin "mjtactile.pad", whose pad, fidelity, law and readings are used; or the name of a pad's geom.
-            Where the model disables its sensors, MuJoCo writes no readings, and this object solves the contacts.
+            the plugin "mjtactile.pad", whose pad, fidelity, law and readings are used, so that no other argument may be
+            given; or the name of a pad's geom. Where the model disables its sensors, MuJoCo writes no readings, and
+            this object solves the contacts.
         geom: name of the pad's geom.
-        fidelity: preset by name or a Fidelity, see `influence_matrices`; ignored when `influence` is given, or `pad` is
-            a sensor of the plugin.
+        fidelity: preset by name or a Fidelity, see `influence_matrices`; ignored when `influence` is given.
         influence: influence matrices of this pad, if they are loaded already.
         law: contact law, see `contact_load`; None for the one of the influence matrices' fidelity.
         tangential: how shear is distributed, see `contact_load`.
@@ -50,8 +50,9 @@ class TactileSensor:
         facing_gap: parts of a body up to this height above its first contact point belong to the contact face [m].
 
     Raises:
-        SceneError: the model is no MjModel or has no such geom, the geom does not have the pad's shape, or `facing_gap`
-            is no length. Methods raise it too, if `data` belongs to another model.
+        SceneError: the model is no MjModel or has no such geom, the geom does not have the pad's shape, `facing_gap` is
+            no length, or arguments contradict a sensor of the plugin. Methods raise it too, if `data` belongs to
+            another model.
         PadError: `pad` is no pad.
         ContactError: law, tangential or tilt is unknown, or they cannot be combined.
     """
@@ -78,6 +79,11 @@ class TactileSensor:
         self._sensordata: slice | None = None
         if isinstance(pad, str):
             found = plugin_sensor(model, pad)
+            if found is not None:
+                own = {"fidelity": fidelity != DEFAULT, "influence": influence is not None, "law": law is not None}
+                own |= {"tangential": tangential != "proportional", "friction": friction is not None}
+                own |= {"geom": geom != "pad", "tilt": tilt is not None, "facing_gap": facing_gap != FACING_GAP}
+                _refuse_second_choice(pad, model.geom(found.geom).name, [name for name, given in own.items() if given])
             pad, geom = None, pad if found is None else model.geom(found.geom).name
             if found is not None:
                 influence, self._sensordata = found.attributes.influence(), found.readings
@@ -152,6 +158,15 @@ class TactileSensor:
 
     def _check(self, data: mujoco.MjData) -> None:
         check_data(self.model, data, "the model that the TactileSensor was made with")
+
+
+def _refuse_second_choice(sensor: str, geom: str, given: list[str]) -> None:
+    """Refuse arguments that a sensor of the plugin has chosen already."""
+    if given:
+        raise SceneError(
+            f"'{sensor}' is a sensor of the plugin, which has its own {', '.join(given)}. Leave that out, or read its "
+            f"pad in another way: TactileSensor(model, pad, geom='{geom}', ...)."
+        )
 
 
 def _checked_gap(gap: float) -> float:

@@ -217,7 +217,5 @@ def message(names: Names, note: Note) -> str:
 def _tell_counts() -> None:
     again = sum(_warned.values()) - len(_warned)
     if _enabled and again > 0:
-        print(
-            f"mjtactile: {len(_warned)} contact warnings came up {again} more times in other simulations.",
-            file=sys.stderr,
-        )
+        kinds = f"{len(_warned)} contact warnings" if len(_warned) > 1 else "a contact warning"
+        print(f"mjtactile: {kinds} came up {again} more times in other simulations.", file=sys.stderr)

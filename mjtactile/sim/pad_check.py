@@ -10,7 +10,7 @@ import numpy as np
 from mjtactile._types import Array
 from mjtactile.errors import SceneError
 from mjtactile.pad import Pad
-from mjtactile.sim.mujoco_library import element_id
+from mjtactile.sim.mujoco_library import element_id, pad_sensor_names
 from mjtactile.sim.pad_geom import pad_pieces
 from mjtactile.sim.pad_solid import pad_solid
 
@@ -34,7 +34,11 @@ def pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:
     geom = element_id(model, mujoco.mjtObj.mjOBJ_GEOM, name, "geom")
     if geom < 0:
         names = [model.geom(i).name for i in range(model.ngeom) if model.geom(i).name]
-        raise SceneError(f"geom '{name}' does not exist in the model. Available: {names}. Pass geom=... of the pad.")
+        sensors = pad_sensor_names(model)
+        cure = f", or the name of a sensor of the plugin: {sensors}" if sensors else ""
+        raise SceneError(
+            f"geom '{name}' does not exist in the model. Available: {names}. Pass geom=... of the pad{cure}."
+        )
     check_pad_geom(model, geom, pad)
     return geom
 

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from shapely import Polygon, box
 
+import mjtactile
 import mjtactile.sensor
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
-from mjtactile.errors import ContactError, ContactWarning
+from mjtactile.errors import ContactError, ContactWarning, SceneError
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import force_vector
@@ -224,3 +225,15 @@ def test_bodies_near_each_other_feel_each_other(draft):
         alone.append(contact_load(draft, footprint, wrench[:3], moment=wrench[3:], law="elastic"))
     apart = draft.readings(alone[0] + alone[1])
     assert 5e-3 < np.linalg.norm(together - apart) / np.linalg.norm(apart) < 0.1
+
+
+def test_a_sensor_of_the_plugin_takes_no_second_choice():
+    spec = mujoco.MjSpec.from_string('<mujoco><worldbody><body name="finger"/></worldbody></mujoco>')
+    mjtactile.attach_pad(spec, body="finger", name="ff", fidelity="fast")
+    model = spec.compile()
+    with pytest.raises(
+        SceneError, match=r"'ff' is a sensor of the plugin, which has its own law, geom\. Leave"
+    ):
+        TactileSensor(model, "ff", law="uniform", geom="nope")
+    with pytest.raises(SceneError, match=r"geom 'pad' does not exist.*or the name of a sensor of the plugin: \['ff'\]"):
+        TactileSensor(model)
