@@ -231,9 +231,7 @@ def test_a_sensor_of_the_plugin_takes_no_second_choice():
     spec = mujoco.MjSpec.from_string('<mujoco><worldbody><body name="finger"/></worldbody></mujoco>')
     mjtactile.attach_pad(spec, body="finger", name="ff", fidelity="fast")
     model = spec.compile()
-    with pytest.raises(
-        SceneError, match=r"'ff' is a sensor of the plugin, which has its own law, geom\. Leave"
-    ):
+    with pytest.raises(SceneError, match=r"'ff' is a sensor of the plugin, which has its own law, geom\. Leave"):
         TactileSensor(model, "ff", law="uniform", geom="nope")
     with pytest.raises(SceneError, match=r"geom 'pad' does not exist.*or the name of a sensor of the plugin: \['ff'\]"):
         TactileSensor(model)
