@@ -1,8 +1,8 @@
 """Warnings and counts of the compiled core, passed to Python after the step.
 
 The core never calls Python during a step. It schedules a call for the next time that Python runs, which issues one
-warning for every pad, body and kind, however many simulations follow one another. Inside another
-`warnings.catch_warnings`, as in every test, it is issued anew. All occurrences are counted (`Health`), and those in
+warning for every pad, body and kind, however many simulations follow one another. Under other filters, such as those
+of each `warnings.catch_warnings`, it is issued anew. All occurrences are counted (`Health`), and those in
 other simulations reported at the end of the process.
 """
 
@@ -98,8 +98,9 @@ _names: dict[int, Names] = {}
 _numbers = itertools.count(1)
 _warned: Counter[str] = Counter()
 _issued: set[str] = set()
-#: Filters under which the warnings in `_issued` were issued; `warnings.catch_warnings` replaces this list.
-_filters: Any = None
+#: Filters under which the warnings in `_issued` were issued, and what they were: `warnings.catch_warnings` replaces the
+#: list, `warnings.simplefilter` what is in it.
+_filters: tuple[Any, tuple[Any, ...]] = (None, ())
 _quiet = threading.local()
 _lock = threading.Lock()
 
@@ -180,11 +181,12 @@ def deliver(library: ctypes.CDLL, stacklevel: int) -> None:
 
 
 def _is_issued(text: str) -> bool:
-    """Whether a warning was issued, and not raised, since the filters of warnings were replaced."""
+    """Whether a warning was issued, and not raised, under the filters of warnings as they are now."""
     global _filters
     with _lock:
-        if warnings.filters is not _filters:
-            _filters = warnings.filters
+        rules = tuple(warnings.filters)
+        if warnings.filters is not _filters[0] or rules != _filters[1]:
+            _filters = warnings.filters, rules
             _issued.clear()
         return text in _issued
 

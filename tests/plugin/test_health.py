@@ -100,8 +100,10 @@ def test_while_contacts_are_to_be_quiet_nothing_is_told_or_counted():
 
 
 def test_a_reading_that_is_asked_for_raises_its_warning_if_warnings_are_errors():
-    model, data = pressed(100.0)
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(record=True):
+        warnings.simplefilter("always")
+        model, data = pressed(100.0)
+        mjtactile.TactileSensor(model, geom="ff_pad", fidelity="fast").read(data)
         warnings.simplefilter("error")
         for _ in range(2):
             with pytest.raises(ContactWarning, match="no longer small"):
