@@ -7,7 +7,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 OLDEST_MUJOCO := 3.3.7
 OTHER_MUJOCO := 3.8.0 3.10.0 3.17.0
 PLUGIN_TESTS := tests/doors/test_attach*.py tests/plugin/test_plugin*.py
-MUJOCO_TESTS := tests/geometry/test_primitives.py tests/sim tests/plugin tests/doors tests/experiments/loop
+MUJOCO_TESTS := tests/sim tests/plugin tests/doors tests/experiments/loop
 # What these say on one MuJoCo they say on any: tests/sim/test_render.py draws pictures, commands only call what is tested,
 # and a dense contact takes the wrench that MuJoCo gives, whichever that is.
 ANY_MUJOCO := "not video and not opengl and not the_command and not dense_contact"

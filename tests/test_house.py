@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections import defaultdict
 from collections.abc import Iterator
 from graphlib import TopologicalSorter
@@ -116,3 +117,10 @@ def test_functions_take_fewer_than_seven_things():
             if len([one for one in named if one not in ("self", "cls")]) + bool(taken.vararg) + bool(taken.kwarg) > 6:
                 many.add(name)
     assert many == MANY_OPTIONS
+
+
+def test_tests_that_the_makefile_names_are_there():
+    root = PACKAGE.parent
+    named = set(re.findall(r"tests/[\w/*.]+", (root / "Makefile").read_text()))
+    assert len(named) > 5
+    assert [one for one in sorted(named) if not list(root.glob(one))] == []
