@@ -24,6 +24,9 @@ constexpr double kNearlyOpen = 1e-6;
 constexpr double kDamping = 1e-4;
 // Largest residual of the resultants, over the load.
 constexpr double kBalanced = 1e-9;
+// Springs that are pressed by less than this fraction of the deepest one hang free but for rounding. They count as
+// pressed nowhere, or rounding would decide on the area in contact.
+constexpr double kTouches = 1e-10;
 // The line search ends if the energy's slope has decreased to this fraction. It tries so many lengths, and extends the
 // step by this factor while it is too short.
 constexpr double kGoodStep = 0.1, kFarther = 4.0;
@@ -55,7 +58,8 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
   }
   const std::size_t cells = stiffness.size();
   pressed_.resize(cells);
-  for (std::size_t i = 0; i < cells; ++i) pressed_[i] = depths_[i] > 0.0 ? 1 : 0;
+  const double deepest = cells > 0 ? *std::max_element(depths_.begin(), depths_.end()) : 0.0;
+  for (std::size_t i = 0; i < cells; ++i) pressed_[i] = depths_[i] > kTouches * std::max(deepest, 0.0) ? 1 : 0;
   return balanced;
 }
 
