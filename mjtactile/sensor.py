@@ -79,13 +79,15 @@ class TactileSensor:
         self._sensordata: slice | None = None
         if isinstance(pad, str):
             found = plugin_sensor(model, pad)
-            if found is not None:
+            if found is None:
+                pad, geom = None, pad
+            else:
                 own = {"fidelity": fidelity != DEFAULT, "influence": influence is not None, "law": law is not None}
                 own |= {"tangential": tangential != "proportional", "friction": friction is not None}
                 own |= {"geom": geom != "pad", "tilt": tilt is not None, "facing_gap": facing_gap != FACING_GAP}
-                _refuse_second_choice(pad, model.geom(found.geom).name, [name for name, given in own.items() if given])
-            pad, geom = None, pad if found is None else model.geom(found.geom).name
-            if found is not None:
+                name = model.geom(found.geom).name
+                _refuse_second_choice(pad, name, [option for option, given in own.items() if given])
+                pad, geom = None, name
                 influence, self._sensordata = found.attributes.influence(), found.readings
                 law, tangential, friction, tilt = found.attributes.contact
         self.pad = require_pad(pad) if pad is not None else (influence.pad if influence is not None else Pad())

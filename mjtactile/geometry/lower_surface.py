@@ -22,8 +22,9 @@ class LowerSurface:
 
     def __init__(self) -> None:
         core = library()
-        self._body = ctypes.c_void_p(core.mjt_body_new())
-        self._finalizer = weakref.finalize(self, core.mjt_body_free, self._body)
+        #: The shape in the core, as a body.
+        self.handle = ctypes.c_void_p(core.mjt_body_new())
+        self._finalizer = weakref.finalize(self, core.mjt_body_free, self.handle)
 
     @classmethod
     def of_sphere(cls, radius: float) -> LowerSurface:
@@ -47,7 +48,7 @@ class LowerSurface:
         points = np.ascontiguousarray(solid.vertices, dtype=np.float32)
         triangles = np.ascontiguousarray(solid.faces, dtype=np.int32)
         library().mjt_body_add_mesh(
-            made._body,
+            made.handle,
             pointer(here),
             ctypes.c_size_t(len(points)),
             pointer(points),
@@ -73,7 +74,7 @@ class LowerSurface:
         found = np.empty(len(points))
         sheet = contiguous([*points.min(axis=0), *points.max(axis=0)])
         there = library().mjt_body_heights(
-            self._body,
+            self.handle,
             pointer(pose),
             pointer(sheet),
             ctypes.c_double(floor),
@@ -87,7 +88,7 @@ class LowerSurface:
     @classmethod
     def _of_shape(cls, kind: int, size: npt.ArrayLike) -> LowerSurface:
         made, here, numbers = cls(), _numbers(np.zeros(3), np.eye(3)), contiguous(size)
-        library().mjt_body_add_shape(made._body, ctypes.c_int(kind), pointer(numbers), pointer(here))
+        library().mjt_body_add_shape(made.handle, ctypes.c_int(kind), pointer(numbers), pointer(here))
         return made
 
 

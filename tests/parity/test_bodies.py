@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import weakref
 
 import numpy as np
 import numpy.typing as npt
@@ -18,12 +17,13 @@ from scipy.spatial.transform import Rotation
 from shapely import affinity, box
 
 import mjtactile
-from mjtactile._native import library, pointer
+from mjtactile._native import contiguous, library, pointer
 from mjtactile._types import Array
 from mjtactile.contact.core_pad import contact_pad, give_springs
 from mjtactile.contact.footprint import FACING_GAP, Footprint
 from mjtactile.contact.foundation import foundation_springs
 from mjtactile.contact.laws import BY_NAME as LAWS
+from mjtactile.geometry.lower_surface import LowerSurface
 from mjtactile.geometry.outlines import ellipse
 
 pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.ContactWarning")
@@ -78,36 +78,22 @@ class CoreBody:
     """A body of one shape, as the core holds it."""
 
     def __init__(self, name: str) -> None:
-        core, shape = library(), SHAPES[name]
-        self.handle = ctypes.c_void_p(core.mjt_body_new())
-        here = numbers(Pose(np.zeros(3), np.eye(3)))
-        if isinstance(shape, trimesh.Trimesh):
-            points = np.ascontiguousarray(shape.vertices, dtype=np.float32)
-            corners = np.ascontiguousarray(shape.faces, dtype=np.int32)
-            core.mjt_body_add_mesh(
-                self.handle,
-                pointer(here),
-                ctypes.c_size_t(len(points)),
-                pointer(points),
-                ctypes.c_size_t(len(corners)),
-                pointer(corners),
-            )
-        else:
-            kind, size = _kind(shape)
-            core.mjt_body_add_shape(self.handle, ctypes.c_int(kind), pointer(np.array(size)), pointer(here))
-        self._finalizer = weakref.finalize(self, core.mjt_body_free, self.handle)
+        shape = SHAPES[name]
+        is_mesh = isinstance(shape, trimesh.Trimesh)
+        self._surface = LowerSurface.of_solid(shape) if is_mesh else LowerSurface._of_shape(*_kind(shape))
+        self.handle = self._surface.handle
 
     def heights(self, pose: Pose, points: Array, ceiling: float = CEILING) -> Array | None:
         """Lower surface over points (count, 2) [m]; None where nothing of it is over the sheet."""
-        found = np.empty(len(points))
+        found, where, sheet, points = np.empty(len(points)), numbers(pose), np.array(SHEET), contiguous(points)
         there = library().mjt_body_heights(
             self.handle,
-            pointer(numbers(pose)),
-            pointer(np.array([*SHEET])),
+            pointer(where),
+            pointer(sheet),
             ctypes.c_double(FLOOR),
             ctypes.c_double(ceiling),
             ctypes.c_size_t(len(points)),
-            pointer(np.ascontiguousarray(points)),
+            pointer(points),
             pointer(found),
         )
         return found if there else None
@@ -115,10 +101,11 @@ class CoreBody:
     def press(self, influence: mjtactile.InfluenceMatrices, pose: Pose, wrench: Array, law: str) -> tuple[Array, Array]:
         """Nodal forces (nodes y, nodes x, 3) [N], and the wrench carried (6,)."""
         forces, carried = np.empty((*influence.surface.node_shape, 3)), np.empty(6)
+        where = numbers(pose)
         whole = library().mjt_body_press(
             contact_pad(influence).handle,
             self.handle,
-            pointer(numbers(pose)),
+            pointer(where),
             pointer(wrench),
             ctypes.c_double(0.0),
             law.encode(),
