@@ -187,13 +187,35 @@ void FlatMap::heights(const std::vector<Point>& points, std::vector<double>& to)
 }
 
 bool FlatMap::part_below(const Segment& line, const double (&plane)[2], SegmentPart& part) const {
-  if (!convex_) return false;
   const auto& [from, to] = line;
-  part = {};
-  for (const Side& side : sides_) part.keep_positive(side.inside(from.x, from.y), side.inside(to.x, to.y));
+  if (convex_) {
+    part = {};
+    for (const Side& side : sides_) part.keep_positive(side.inside(from.x, from.y), side.inside(to.x, to.y));
+  } else {
+    part = part_between_edges(line);
+  }
   keep_within(sheet_, line, part);
   part.keep_positive(plane[0], plane[1]);
   return true;
+}
+
+// The part of a segment from where it is first inside the outline to where it is last.
+SegmentPart FlatMap::part_between_edges(const Segment& line) const {
+  const auto& [from, to] = line;
+  SegmentPart part = {1.0, 0.0};
+  if (is_inside(from.x, from.y)) part.low = 0.0;
+  if (is_inside(to.x, to.y)) part.high = 1.0;
+  const std::size_t last = strip(std::max(from.y, to.y));
+  for (std::uint32_t k = firsts_[strip(std::min(from.y, to.y))]; k < firsts_[last + 1]; ++k) {
+    const Point &a = starts_[edges_[k]], &b = ends_[edges_[k]];
+    if ((left_of(from, to, a) < 0.0) == (left_of(from, to, b) < 0.0)) continue;
+    const double at_start = left_of(a, b, from), at_end = left_of(a, b, to);
+    if ((at_start < 0.0) == (at_end < 0.0)) continue;
+    const double crossing = at_start / (at_start - at_end);
+    part.low = std::min(part.low, crossing);
+    part.high = std::max(part.high, crossing);
+  }
+  return part;
 }
 
 double FlatMap::straightened(double angle) const {
@@ -214,12 +236,14 @@ double FlatMap::straightened(double angle) const {
   return clear ? angle + nearest : angle;
 }
 
-// A point is inside if the outline's winding number about it is not zero, or if it is on an edge.
 double FlatMap::height(double x, double y) const {
-  if (!sheet_.holds(x, y)) return kNowhere;
+  return sheet_.holds(x, y) && is_inside(x, y) ? 0.0 : kNowhere;
+}
+
+// A point is inside if the outline's winding number about it is not zero, or if it is on an edge.
+bool FlatMap::is_inside(double x, double y) const {
   if (convex_) {
-    const auto beside = [x, y](const Side& side) { return side.inside(x, y) < 0.0; };
-    return std::any_of(sides_.begin(), sides_.end(), beside) ? kNowhere : 0.0;
+    return std::none_of(sides_.begin(), sides_.end(), [x, y](const Side& side) { return side.inside(x, y) < 0.0; });
   }
   int winding = 0;
   const std::size_t beside = strip(y);
@@ -228,7 +252,7 @@ double FlatMap::height(double x, double y) const {
     const double left = left_of(a, b, {x, y});
     if (left == 0.0 && x >= std::min(a.x, b.x) && x <= std::max(a.x, b.x) && y >= std::min(a.y, b.y) &&
         y <= std::max(a.y, b.y)) {
-      return 0.0;
+      return true;
     }
     if (a.y <= y) {
       if (b.y > y && left > 0.0) ++winding;
@@ -236,7 +260,7 @@ double FlatMap::height(double x, double y) const {
       --winding;
     }
   }
-  return winding != 0 ? 0.0 : kNowhere;
+  return winding != 0;
 }
 
 }  // namespace mjtactile

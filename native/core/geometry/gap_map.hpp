@@ -44,7 +44,6 @@ class FlatMap : public HeightMap {
 
   double height(double x, double y) const override;
   void heights(const std::vector<Point>& points, std::vector<double>& to) const override;
-  // Known for a convex face.
   bool part_below(const Segment& line, const double (&plane)[2], SegmentPart& part) const override;
   double straightened(double angle) const override;
   Rectangle bounds() const override { return bounds_; }
@@ -59,6 +58,8 @@ class FlatMap : public HeightMap {
 
     double inside(double at_x, double at_y) const { return x * at_x + y * at_y - offset; }
   };
+  bool is_inside(double x, double y) const;
+  SegmentPart part_between_edges(const Segment& line) const;
   bool set_sides();
   bool convex_ = false;
   std::vector<Side> sides_;

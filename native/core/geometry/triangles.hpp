@@ -92,6 +92,7 @@ class TriangleShadow {
   void add_triangles(const MeshBox& box);
   bool is_inside(const Span& x, const Span& y) const;
   const Cluster& placed(std::uint32_t cluster) const;
+  std::uint32_t packed(std::size_t bucket) const;
   void place(std::uint32_t first, std::uint32_t count) const;
   template <typename Visit>
   void each_triangle(const Cluster& cluster, Visit&& visit) const;
@@ -130,6 +131,9 @@ class TriangleShadow {
   mutable std::vector<TriangleBlock> blocks_;
   mutable std::vector<TriangleBounds> bounds_;   // of each block
   std::vector<std::uint32_t> starts_, entries_, fill_;   // clusters by bucket
+  // Where clusters are single triangles: those of each bucket that was looked up, together, and its first block.
+  mutable std::vector<TriangleBlock> packed_;
+  mutable std::vector<std::uint32_t> packed_firsts_;
   // For `bottoms`: for each vertex, the last call in which it was dealt with; and candidates by bucket.
   std::vector<std::uint32_t> done_;
   std::uint32_t calls_ = 0;

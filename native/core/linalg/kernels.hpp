@@ -33,6 +33,13 @@ struct alignas(64) TriangleBlock {
   double second[3][kTriangles], third[3][kTriangles];
   // Height of the first corner, and of the others above it [m].
   double height[kTriangles], second_rise[kTriangles], third_rise[kTriangles];
+
+  // Make one triangle that of another block.
+  void copy(std::size_t k, const TriangleBlock& from, std::size_t other) {
+    for (std::size_t i = 0; i < 3; ++i) second[i][k] = from.second[i][other], third[i][k] = from.third[i][other];
+    height[k] = from.height[other];
+    second_rise[k] = from.second_rise[other], third_rise[k] = from.third_rise[other];
+  }
 };
 
 // Bounds of the triangles of a block along x and y, and their least heights [m]. Of those that do not count, the lower

@@ -66,6 +66,10 @@ struct Lanes<double> {
   static Type multiply(Type a, Type b) { return _mm256_mul_pd(a, b); }
   static Type multiply_add(Type a, Type b, Type c) { return _mm256_fmadd_pd(a, b, c); }
   static Type root(Type a) { return _mm256_sqrt_pd(a); }
+  // Bits of the lanes that are not above a bound.
+  static std::uint32_t up_to(Type a, Type bound) {
+    return static_cast<std::uint32_t>(_mm256_movemask_pd(_mm256_cmp_pd(a, bound, _CMP_LE_OQ)));
+  }
 };
 
 template <typename Value>

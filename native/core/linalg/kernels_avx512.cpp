@@ -65,6 +65,8 @@ struct Lanes<double> {
   static Type multiply(Type a, Type b) { return _mm512_mul_pd(a, b); }
   static Type multiply_add(Type a, Type b, Type c) { return _mm512_fmadd_pd(a, b, c); }
   static Type root(Type a) { return _mm512_maskz_sqrt_pd(0xff, a); }
+  // Bits of the lanes that are not above a bound.
+  static std::uint32_t up_to(Type a, Type bound) { return _mm512_cmp_pd_mask(a, bound, _CMP_LE_OQ); }
 };
 
 // Sixteen forces at a time. Those selected are compressed to the front of the vector.

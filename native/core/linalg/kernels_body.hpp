@@ -607,13 +607,20 @@ inline double lowest_of_triangles(const TriangleBlock& block, double x, double y
 
 // Rows are sets of bits. There is an edge wherever neighbouring bits differ.
 inline PointsBelow count_below(const double* heights, std::size_t rows, std::size_t columns, double level) {
+  using L = Lanes<double>;
   PointsBelow found = {0, 0, 0};
+  const typename L::Type bound = L::all(level);
+  const std::size_t whole = columns - columns % L::width;   // columns that fill vectors
+  const std::uint32_t last = (std::uint32_t{1} << (columns - whole)) - 1;
   std::uint32_t before = 0;
   const auto count = [](std::uint32_t bits) { return static_cast<std::size_t>(__builtin_popcount(bits)); };
-  for (std::size_t row = 0; row < rows; ++row) {
+  for (std::size_t row = 0; row < rows; ++row, heights += columns) {
     std::uint32_t under = 0;
-    for (std::size_t column = 0; column < columns; ++column) {
-      under |= std::uint32_t{heights[row * columns + column] <= level} << column;
+    for (std::size_t column = 0; column < whole; column += L::width) {
+      under |= L::up_to(L::load(heights + column), bound) << column;
+    }
+    if (last != 0) {
+      under |= (L::up_to(L::load_first(heights + whole, columns - whole), bound) & last) << whole;
     }
     found.points += count(under);
     found.edges_x += count(under ^ (under << 1));

@@ -43,6 +43,7 @@ struct Lanes {
   static Type multiply(Type a, Type b) { return a * b; }
   static Type multiply_add(Type a, Type b, Type c) { return a * b + c; }
   static Type root(Type a) { return std::sqrt(a); }
+  static std::uint32_t up_to(Type a, Type bound) { return a <= bound ? 1 : 0; }
 };
 
 template <typename Value>
