@@ -1,6 +1,8 @@
 """Scenes on which readings are measured against the dense contact.
 
-`python tests/reference/measured_scenes.py fast balanced` prints a table of the plugin's errors.
+    PYTHONPATH=tests/reference/bodies python tests/reference/measured_scenes.py fast balanced
+
+prints a table of the plugin's errors.
 """
 
 from __future__ import annotations

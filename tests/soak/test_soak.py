@@ -173,6 +173,13 @@ def test_states_that_were_wrong_are_near_the_dense_contact(name, quick_pads):
     assert read.as_carried <= allowed
 
 
+@pytest.mark.parametrize("script", ["soak.py", "invariants.py", "accuracy.py", "clients.py"])
+def test_a_study_runs_outside_pytest(script, tmp_path):
+    command = [sys.executable, str(HERE / script), "--help"]
+    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr[-2000:]
+
+
 def test_the_same_seed_is_the_same_scene(quick_pads):
     assert scenes.mjcf(scenes.scene(5, quick_pads)) == scenes.mjcf(scenes.scene(5, quick_pads))
     assert scenes.mjcf(scenes.scene(5, quick_pads)) != scenes.mjcf(scenes.scene(6, quick_pads))
