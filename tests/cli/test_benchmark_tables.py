@@ -5,7 +5,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from mjtactile.cli.benchmarks.plugin import FingersScene, PluginScene, compiled, plugin_table
+from mjtactile.cli.benchmarks.plugin import FingersScene, PluginScene, plugin_table
 from mjtactile.cli.benchmarks.small_contacts import small_contacts_benchmark, small_contacts_table
 from mjtactile.cli.benchmarks.tables import mesh_table, stored_runs, table_on_page, today_table
 from mjtactile.cli.benchmarks.timing import mujoco_tactile_time
@@ -101,13 +101,18 @@ def test_cylinders_press_the_pad_they_move_on(shape):
     assert is_felt(PluginScene(shape=shape, moving=True, sensor="ours", fidelity="fast"))
 
 
-def test_every_finger_around_the_ball_feels_it():
-    assert is_felt(FingersScene(pads=5, touched=5, sensor="ours", fidelity="fast"))
+@pytest.mark.parametrize("curved", [False, True])
+def test_every_finger_around_the_ball_feels_it(curved):
+    assert is_felt(FingersScene(pads=5, touched=5, sensor="ours", fidelity="fast", curved=curved))
+
+
+def test_a_dome_feels_the_ball_that_moves_on_it():
+    assert is_felt(PluginScene(shape="ball", moving=True, sensor="ours", fidelity="fast", curved=True))
 
 
 def is_felt(scene: PluginScene) -> bool:
     """Whether every pad of a scene reads something after a while."""
-    model = compiled(scene)
+    model = scene.spec().compile()
     data = mujoco.MjData(model)
     for step in range(60):
         data.ctrl[:] = scene.controls(step)

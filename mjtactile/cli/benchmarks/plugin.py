@@ -21,6 +21,7 @@ from shapely import affinity
 from trimesh.creation import icosphere, torus
 
 from mjtactile._native import instruction_set
+from mjtactile.attach import attach_pad
 from mjtactile.cli.benchmarks.measure import one_core
 from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.contact.contact_load import contact_load
@@ -31,6 +32,8 @@ from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity
 from mjtactile.geometry.indenter import convex_pieces, indenter_outline
 from mjtactile.geometry.outlines import punch_outline
 from mjtactile.influence.cache import influence_matrices
+from mjtactile.pad import Pad
+from mjtactile.pad_shape.surfaces import SphereCap
 from mjtactile.plugin.health import quiet_contacts
 
 #: Height of punches [m], and the force that presses them [N].
@@ -62,6 +65,7 @@ _PLATE = (
     '<geom name="pad{n}" type="box" size="0.000001 0.0075 0.0075" quat="0.70710678 0 -0.70710678 0" pos="{x} 0 0" '
     'priority="1"/>'
 )
+_EXTENSION = '<extension><plugin plugin="mjtactile.pad"/></extension>'
 _OURS = (
     '<plugin name="touch{n}" plugin="mjtactile.pad" objtype="geom" objname="pad{n}">'
     '<config key="pad" value="{table}"/><config key="fidelity" value="{fidelity}"/>'
@@ -69,6 +73,8 @@ _OURS = (
 )
 _THEIRS = '<tactile name="touch{n}" geom="pad{n}" mesh="plate"/>'
 _PITCH = 0.03
+#: The pads of curved scenes: the default pad as a dome.
+_DOME = Pad(surface=SphereCap(radius=12.5e-3))
 
 
 def _text(values: np.ndarray) -> str:
@@ -130,6 +136,7 @@ class PluginScene:
         pads: number of pads.
         touched: number of pads whose punch presses; the punches over the others hover.
         ground: kind of the pads, "ours" or "theirs", with or without the sensor.
+        curved: whether our pads are domes.
         threads: threads of a step, the caller's included, in MuJoCo's own pool.
     """
 
@@ -142,7 +149,29 @@ class PluginScene:
     pads: int = 1
     touched: int = 1
     ground: str = "ours"
+    curved: bool = False
     threads: int = 1
+
+    def spec(self) -> mujoco.MjSpec:
+        """The scene as a specification. Our curved pads are attached here, others stand in the MJCF."""
+        spec = mujoco.MjSpec.from_string(self.xml())
+        for mesh in spec.meshes:
+            # MuJoCo's own sensor needs the signed distance fields of punches.
+            mesh.needsdf = self.sensor == "theirs" and mesh.name != "plate"
+        for n in range(self.pads if self.curved else 0):
+            attach_pad(
+                spec,
+                name=f"touch{n}",
+                pad=_DOME,
+                fidelity=self.fidelity,
+                output="von_mises" if self.sensor == "ours" else None,
+                **self._dome_place(n),
+            )
+        return spec
+
+    def _dome_place(self, pad: int) -> dict[str, Any]:
+        """Where a dome is attached, as arguments of `attach_pad`."""
+        return {"body": "world", "pos": (_PITCH * pad, 0.0, 0.0)}
 
     def xml(self) -> str:
         """The scene as MJCF."""
@@ -152,11 +181,13 @@ class PluginScene:
         plate = '<mesh name="plate" builtin="plate" params="26 26" scale="0.0075 0.0075 0.0001"/>' if theirs else ""
         ground = _PLATE if theirs else _PAD
         sensor = {"ours": _OURS, "theirs": _THEIRS, None: ""}[self.sensor]
+        if self.curved:
+            ground = sensor = ""
         actuators = [f'<motor joint="press{n}"/>' for n, _ in places]
         if self.moving:
             actuators += [f'<velocity joint="slide{n}" kv="200"/>' for n, _ in places]
         return _SCENE.format(
-            extension='<extension><plugin plugin="mjtactile.pad"/></extension>' if self.sensor == "ours" else "",
+            extension=_EXTENSION if self.sensor == "ours" and not self.curved else "",
             assets=assets + plate,
             pads="".join(ground.format(n=n, x=x) for n, x in places),
             punches="".join(
@@ -189,10 +220,14 @@ class PluginScene:
 _FINGER = """
 <body name="finger{n}" euler="0 0 {angle}" gravcomp="1">
   <joint name="press{n}" type="slide" axis="1 0 0" damping="0.05"/>
-  <geom name="pad{n}" type="box" size="0.0075 0.0075 0.0025" pos="{x} 0 0" euler="0 -90 0" mass="0.015" priority="1"
-        contype="1" conaffinity="2"/>
+  <inertial pos="{x} 0 0" mass="0.015" diaginertia="4e-7 4e-7 4e-7"/>
+  {pad}
 </body>
 """
+_FINGER_PAD = (
+    '<geom name="pad{n}" type="box" size="0.0075 0.0075 0.0025" pos="{x} 0 0" euler="0 -90 0" priority="1" '
+    'contype="1" conaffinity="2"/>'
+)
 _HELD_BALL = """
 <body name="ball" gravcomp="1">
   <joint name="turn" type="hinge" axis="0 0 1"/>
@@ -207,17 +242,26 @@ class FingersScene(PluginScene):
 
     def xml(self) -> str:
         """The scene as MJCF."""
-        numbers = range(self.pads)
-        pads = "".join(_FINGER.format(n=n, angle=360 / self.pads * n, x=_BALL_RADIUS + 0.0025) for n in numbers)
+        numbers, x = range(self.pads), _BALL_RADIUS + 0.0025
+        pad = "" if self.curved else _FINGER_PAD
+        fingers = [_FINGER.format(n=n, angle=360 / self.pads * n, x=x, pad=pad.format(n=n, x=x)) for n in numbers]
+        # Domes overlap at their rims.
+        pairs = [(i, k) for i in numbers for k in range(i)] if self.curved else []
+        apart = "".join(f'<exclude body1="finger{i}" body2="finger{k}"/>' for i, k in pairs)
         turning = '<velocity joint="turn" kv="0.03"/>'
+        ours = self.sensor == "ours" and not self.curved
         return _SCENE.format(
-            extension='<extension><plugin plugin="mjtactile.pad"/></extension>' if self.sensor == "ours" else "",
+            extension=(_EXTENSION if ours else "") + f"<contact>{apart}</contact>",
             assets="",
-            pads=pads,
+            pads="".join(fingers),
             punches=_HELD_BALL.format(radius=_BALL_RADIUS),
             actuators="".join(f'<motor joint="press{n}"/>' for n in numbers) + turning,
-            sensors="".join(self._sensor(_OURS if self.sensor == "ours" else "", n) for n in numbers),
+            sensors="".join(self._sensor(_OURS, n) for n in numbers) if ours else "",
         )
+
+    def _dome_place(self, pad: int) -> dict[str, Any]:
+        quarter_turn = (0.5**0.5, 0.0, -(0.5**0.5), 0.0)
+        return {"body": f"finger{pad}", "pos": (_BALL_RADIUS, 0.0, 0.0), "quat": quarter_turn}
 
     def controls(self, step: int) -> np.ndarray:
         """Controls at one step: pressing forces of the fingers [N], then the speed of the ball's joint [rad/s]."""
@@ -323,6 +367,11 @@ def _cases(presets: tuple[str, ...], table: str) -> Iterator[tuple[str, PluginSc
         ours = replace(bare, sensor="ours", fidelity=preset, tangential=way.strip(", "))
         yield f"moving {shape}{way}{preset}", ours, bare
     for preset in presets[:2]:
+        bare = PluginScene(shape="ball", moving=True, curved=True)
+        yield f"moving ball on a dome, {preset}", replace(bare, sensor="ours", fidelity=preset), bare
+    for preset in presets[:2]:
+        bare = FingersScene(pads=5, touched=5, curved=True)
+        yield f"five domes around a ball, {preset}", replace(bare, sensor="ours", fidelity=preset), bare
         fingers = FingersScene(pads=5, touched=5)
         for threads, name in ((1, ""), (2, " on two threads")):
             if threads == 1 or hasattr(mujoco, "mju_threadpool"):
@@ -359,7 +408,7 @@ class _Stepper:
 
     def __init__(self, scene: PluginScene) -> None:
         self._scene = scene
-        self._model = compiled(scene)
+        self._model = scene.spec().compile()
         self._data = mujoco.MjData(self._model)
         if scene.threads > 1:
             mujoco.mju_threadpool(self._data, scene.threads - 1)
@@ -408,14 +457,6 @@ class _Timed:
         return {"name": self._name, "added_s": self._step - self._without, "bare_s": self._without}
 
 
-def compiled(scene: PluginScene) -> mujoco.MjModel:
-    """The scene's model. MuJoCo's own sensor needs signed distance fields of meshes, which are made here."""
-    spec = mujoco.MjSpec.from_string(scene.xml())
-    for mesh in spec.meshes:
-        mesh.needsdf = scene.sensor == "theirs" and mesh.name != "plate"
-    return spec.compile()
-
-
 def _batch(preset: str, simulations: int) -> dict[str, Any]:
     """Step many simulations at once. Returns the entry "batch" of `plugin_benchmark`."""
     try:
@@ -423,7 +464,7 @@ def _batch(preset: str, simulations: int) -> dict[str, Any]:
     except ImportError:
         return {"available": False}
     scene = PluginScene(sensor="ours", fidelity=preset, moving=True)
-    model = compiled(scene)
+    model = scene.spec().compile()
     batches = {threads: Batch(model, nsim=simulations, nthread=threads) for threads in (1, 2)}
     readings = {threads: batch.bind("sensordata") for threads, batch in batches.items()}
     for batch in batches.values():
