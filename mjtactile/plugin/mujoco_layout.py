@@ -26,13 +26,14 @@ _POINTER = 8
 
 #: Fields of `Layout` in native/plugin/mujoco_view.hpp, in its order.
 _FIELDS = (
-    ("mjModel", ("nsensor", "nbody", "npair", "body_parentid", "body_weldid", "body_mocapid", "body_pos", "body_quat",
+    ("mjModel", ("opt", "nsensor", "nbody", "npair", "nexclude", "body_parentid", "body_weldid", "body_mocapid", "body_pos", "body_quat",
                  "geom_type", "geom_bodyid", "geom_contype", "geom_conaffinity",
                  "geom_dataid", "geom_size", "geom_pos", "geom_quat", "body_geomnum", "body_geomadr", "mesh_vertadr",
                  "mesh_vertnum", "mesh_faceadr", "mesh_facenum", "mesh_vert", "mesh_face", "mesh_pos", "mesh_quat",
                  "hfield_nrow", "hfield_ncol", "hfield_adr", "hfield_size", "hfield_data", "pair_geom1", "pair_geom2",
-                 "names", "name_geomadr", "sensor_plugin", "sensor_objtype", "sensor_objid", "sensor_adr",
+                 "exclude_signature", "names", "name_geomadr", "sensor_plugin", "sensor_objtype", "sensor_objid", "sensor_adr",
                  "plugin_stateadr")),
+    ("mjOption", ("disableflags",)),
     ("mjData", ("ncon", "contact", "xpos", "xmat", "geom_xpos", "geom_xmat", "sensordata",
                 "plugin_state")),
     ("mjContact", ("", "dist", "pos", "frame", "friction", "geom")),
@@ -75,6 +76,7 @@ class MujocoLayout(NamedTuple):
             mujoco.mjtGeom.mjGEOM_BOX,
             mujoco.mjtStage.mjSTAGE_ACC,
             mujoco.mjtPluginCapabilityBit.mjPLUGIN_SENSOR,
+            mujoco.mjtDisableBit.mjDSBL_FILTERPARENT,
         )
         numbers += [self.offsets[structure].get(name, -1) for structure, name in _OPTIONAL]
         return np.array([*numbers, *(int(kind) for kind in kinds)], dtype=np.int64)

@@ -21,6 +21,8 @@ constexpr double kLeastUpright = 0.70710678118654752440;
 // Positions [m] and rotations [-] are rounded to multiples of these. Otherwise rounding errors, which depend on the
 // place of the world's origin, would decide on which cells a body's sides lie.
 constexpr double kPlaceStep = 0x1p-44, kTurnStep = 0x1p-38;
+// Changes of place [m] and of orientation [-] up to which a body asleep has not been moved.
+constexpr double kCreep = 1e-4, kCreepTurn = 1e-2;
 
 // Unit normal of the outer surface, out of the pad, at the x and y of a point.
 void normal_at(const OuterSurface& outer, const double* point, double* normal) {
@@ -85,6 +87,13 @@ Pose body_pose(const Layout& layout, const Data* data, int body, const Frame& fr
     for (int i = 0; i < 3; ++i) pose.rotation[3 * i + j] = rounded_to(there[i], kTurnStep);
   }
   return pose;
+}
+
+// Whether a body is where it was, as bodies asleep are. They may creep until they fall asleep.
+bool is_near(const Pose& was, const Pose& is) {
+  const auto within = [](double most) { return [most](double a, double b) { return std::abs(a - b) <= most; }; };
+  return std::equal(was.position, was.position + 3, is.position, within(kCreep)) &&
+         std::equal(was.rotation, was.rotation + 9, is.rotation, within(kCreepTurn));
 }
 
 }  // namespace
@@ -154,19 +163,18 @@ Touch& Contacts::touch_of(const Layout& layout, const Model* model, int body) {
   return made;
 }
 
-// Set contacts aside between bodies of which neither is awake.
-void Contacts::set_aside(const int* awake, int pad_body) {
-  aside_count_ = 0;
-  beside_aside_.clear();
-  if (awake == nullptr || awake[pad_body] == kAwake) return;
-  const auto rests = [awake](int body) { return body >= 0 && awake[body] != kAwake; };
+// Set contacts aside with bodies that are not awake and have not been put elsewhere.
+void Contacts::set_aside(const Layout& layout, const Data* data, const Frame& frame) {
+  const int* awake = field<const int*>(data, layout.data_body_awake);
+  const auto rests = [&](const auto& one) {
+    return one.body >= 0 && awake[one.body] != kAwake && is_near(one.pose, body_pose(layout, data, one.body, frame));
+  };
   for (std::size_t i = 0; i < count; ++i) {
-    if (!rests(touches[i].body)) continue;
+    if (!rests(touches[i])) continue;
     if (aside_.size() == aside_count_) aside_.emplace_back();
     std::swap(aside_[aside_count_++], touches[i]);
   }
-  std::copy_if(beside_.begin(), beside_.end(), std::back_inserter(beside_aside_),
-               [rests](const Beside& one) { return rests(one.body); });
+  std::copy_if(beside_.begin(), beside_.end(), std::back_inserter(beside_aside_), rests);
 }
 
 // Add what was set aside, but nothing of a body that has contacts in this state.
@@ -197,23 +205,31 @@ void Contacts::add(const double* more) {
 void Contacts::gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data,
                       const std::vector<int>& pieces, const OuterSurface& surface, bool last_hold) {
   const int* bodies = field<const int*>(model, layout.model_geom_bodyid);
-  const bool sleeps = last_hold && layout.data_body_awake >= 0;
-  set_aside(sleeps ? field<const int*>(data, layout.data_body_awake) : nullptr, bodies[pieces.front()]);
+  Frame frame = {};
+  bool placed = false;
+  const auto place = [&] {
+    if (!placed) frame = pad_frame(layout, model, data, pieces.front());
+    placed = true;
+  };
+  aside_count_ = 0;
+  beside_aside_.clear();
+  if (last_hold && any() && layout.data_body_awake >= 0 &&
+      field<const int*>(data, layout.data_body_awake)[bodies[pieces.front()]] != kAwake) {
+    place();
+    set_aside(layout, data, frame);
+  }
   count = 0;
   beside_.clear();
   behind.clear();
   std::fill(wrench, wrench + 6, 0.0);
   const int contacts = field<int>(data, layout.data_ncon);
   const char* contact = field<const char*>(data, layout.data_contact);
-  Frame frame = {};
-  bool placed = false;
   for (int i = 0; i < contacts; ++i, contact += layout.contact_size) {
     const int* pair = &field<int>(contact, layout.contact_geom);
     const auto is_pad = [&](int one) { return std::find(pieces.begin(), pieces.end(), one) != pieces.end(); };
     const bool second = is_pad(pair[1]);
     if (!second && !is_pad(pair[0])) continue;
-    if (!placed) frame = pad_frame(layout, model, data, pieces.front());
-    placed = true;
+    place();
     double local[6];
     functions.contact_force(model, data, i, local);
     const PadContact seen(layout, contact, local, second ? 1.0 : -1.0, frame);
@@ -228,7 +244,8 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
     const double upright = dot(out, seen.out_of_pad), pressing = -dot(out, seen.wrench);
     if (upright < -kLeastUpright) behind.push_back(body);
     if (upright < kLeastUpright) {
-      beside_.push_back({body, {}});
+      beside_.push_back({body, {}, {}});
+      if (body >= 0) beside_.back().pose = body_pose(layout, data, body, frame);
       std::copy(seen.wrench, seen.wrench + 6, beside_.back().wrench);
       continue;
     }

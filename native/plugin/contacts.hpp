@@ -36,7 +36,7 @@ class Contacts {
   // of the pad or on its rim from beside. Such contacts, and those that do not press, count in the wrench only.
   // Contacts of other geoms of the pad's body are ignored. Overlap and pressing force are measured along the outer
   // surface's normal. `last_hold`: whether the contacts gathered last still hold where neither the pad's body nor the
-  // other is awake. MuJoCo has no contacts between such bodies, and they have not moved.
+  // other is awake, and both are where they were. MuJoCo has no contacts between such bodies.
   void gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data,
               const std::vector<int>& pieces, const OuterSurface& surface, bool last_hold);
   bool any() const { return count > 0 || !beside_.empty(); }
@@ -44,9 +44,10 @@ class Contacts {
  private:
   struct Beside {        // a contact that counts in the wrench only
     int body;
+    Pose pose;           // of the body in the pad frame
     double wrench[6];
   };
-  void set_aside(const int* awake, int pad_body);
+  void set_aside(const Layout& layout, const Data* data, const Frame& frame);
   void add_aside();
   void add(const double* more);
   Touch& touch_of(const Layout& layout, const Model* model, int body);

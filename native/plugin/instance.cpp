@@ -12,22 +12,46 @@ constexpr float kOpacity = 0.75f;
 
 }  // namespace
 
-Instance::Instance(const mjt_instance& resolved, int geom, std::vector<int> addresses,
+Instance::Instance(const mjt_instance& resolved, std::shared_ptr<const Pad> pad, int geom, std::vector<int> addresses,
                    std::shared_ptr<Context> context)
-    : resolved_(resolved), addresses_(std::move(addresses)), reader_(resolved, geom, std::move(context)) {
+    : resolved_(resolved),
+      addresses_(std::move(addresses)),
+      reader_(resolved, std::move(pad), geom, std::move(context)) {
   const int* outputs = resolved_.outputs;
   needs_stress_ = resolved_.visual != 0 || std::any_of(outputs, outputs + resolved_.output_count,
                                                        [](int output) { return output != MJT_WRENCH; });
 }
 
+int output_size(int output, int taxels) {
+  switch (output) {
+    case MJT_WRENCH:
+    case MJT_CARRIED:
+      return 6;
+    case MJT_RANGE:
+      return 1;
+    case MJT_STRESS:
+      return static_cast<int>(kTensor) * taxels;
+    default:
+      return taxels;
+  }
+}
+
+void Instance::take(Instance& other, const Data* data) {
+  reader_.take_sleeping(other.reader_);
+  if (resolved_.visual == 0) return;
+  const double* readings = other.shown(data);
+  readings_.assign(readings, readings + resolved_.taxels);
+  copied_ = true;
+}
+
 std::unique_ptr<Instance> Instance::another() const {
-  auto made = std::make_unique<Instance>(resolved_, reader_.geom(), addresses_, reader_.context());
-  made->reader_.take_sleeping(reader_);
-  return made;
+  return std::make_unique<Instance>(resolved_, reader_.pad(), reader_.geom(), addresses_, reader_.context());
 }
 
 void Instance::compute(const Model* model, Data* data, const double* state) {
   reader_.read(model, data, {state[0], state[1]}, needs_stress_);
+  computed_ = true;
+  copied_ = false;
   double* sensordata = field<double*>(data, running.layout.data_sensordata);
   for (const int address : addresses_) {
     double* to = sensordata + address;
@@ -35,19 +59,35 @@ void Instance::compute(const Model* model, Data* data, const double* state) {
   }
 }
 
-void Instance::advance(double* state) const {
+void Instance::advance(double* state) {
+  if (!computed_) return;  // sensors are switched off
+  computed_ = false;
   const Steadiness after = reader_.after();
   state[0] = after.pose;
   state[1] = after.steps;
 }
 
+// The readings that a heat map shows: those in mjData if they are an output, else those that the sensor has computed
+// last.
+const double* Instance::shown(const Data* data) {
+  const double* output = field<const double*>(data, running.layout.data_sensordata) + addresses_.front();
+  for (int i = 0; i < resolved_.output_count; ++i) {
+    if (resolved_.outputs[i] == MJT_VON_MISES) return output;
+    output += output_size(resolved_.outputs[i], resolved_.taxels);
+  }
+  if (!copied_) {
+    readings_.resize(static_cast<std::size_t>(resolved_.taxels));
+    reader_.sensor().readings(readings_.data());
+  }
+  return readings_.data();
+}
+
 void Instance::visualize(const Model* model, const Data* data, Scene* scene) {
   if (resolved_.visual == 0) return;
-  readings_.resize(static_cast<std::size_t>(resolved_.taxels));
-  reader_.sensor().readings(readings_.data());
-  const std::vector<Tile>& tiles = reader_.tiles();
+  const double* readings = shown(data);
+  const std::vector<Tile>& tiles = reader_.pad()->tiles();
   double most = 0.0;
-  for (const Tile& tile : tiles) most = std::max(most, readings_[tile.reading]);
+  for (const Tile& tile : tiles) most = std::max(most, readings[tile.reading]);
   if (!(most > 0.0)) return;
   const Layout& layout = running.layout;
   const Frame frame = pad_frame(layout, model, data, reader_.geom());
@@ -65,7 +105,7 @@ void Instance::visualize(const Model* model, const Data* data, Scene* scene) {
       }
     }
     const double size[3] = {tile.half_size[0], tile.half_size[1], kTileThickness / 2};
-    const auto heat = static_cast<float>(readings_[tile.reading] / most);
+    const auto heat = static_cast<float>(readings[tile.reading] / most);
     const float rgba[4] = {std::min(1.0f, 2 * heat), std::max(0.0f, 2 * heat - 1.0f), 1.0f - heat, kOpacity};
     running.functions.init_geom(geoms + count * layout.scene_geom_size, static_cast<int>(layout.geom_box), size,
                                 position, rotation, rgba);

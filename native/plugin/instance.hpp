@@ -11,31 +11,39 @@
 
 namespace mjtactile::mujoco {
 
+// Number of values of an output.
+int output_size(int output, int taxels);
+
 class Instance {
  public:
   // `addresses`: of the sensor's outputs in mjData's sensordata.
-  Instance(const mjt_instance& resolved, int geom, std::vector<int> addresses, std::shared_ptr<Context> context);
+  Instance(const mjt_instance& resolved, std::shared_ptr<const Pad> pad, int geom, std::vector<int> addresses, std::shared_ptr<Context> context);
   void prepare(const Model* model) { reader_.prepare(model); }
-  void take_sleeping(const Instance& other) { reader_.take_sleeping(other.reader_); }
+  // Take over from the same pad in the simulation `data`, of which this one is now a copy: contacts of sleeping bodies,
+  // and the readings that are shown. A viewer draws a copy in which no sensor computes anything.
+  void take(Instance& other, const Data* data);
   // An instance of the same pad for another simulation, with its own memory.
   std::unique_ptr<Instance> another() const;
 
   // Write the outputs. `state`: the two numbers that the plugin keeps in mjData.
   void compute(const Model* model, Data* data, const double* state);
-  // Bring the state to the end of the step.
-  void advance(double* state) const;
+  // Bring the state to the end of the step. It stays as it is if the step did not read the pad.
+  void advance(double* state);
   // Draw the heat map, if it is wanted.
   void visualize(const Model* model, const Data* data, Scene* scene);
   const double* health() const { return reader_.health(); }
 
  private:
   double* write(int output, double* to);
+  const double* shown(const Data* data);
 
   mjt_instance resolved_;
   std::vector<int> addresses_;
   Reader reader_;
   bool needs_stress_ = true;  // false if only the contact wrench is wanted
-  std::vector<double> readings_;
+  bool computed_ = false;     // whether outputs were written since the state was brought to the end of a step
+  std::vector<double> readings_;   // that a heat map shows, if they are no output
+  bool copied_ = false;            // whether they are those of another simulation
 };
 
 }  // namespace mjtactile::mujoco

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 
 #include "geometry/hash.hpp"
@@ -13,7 +14,7 @@ namespace mjtactile::mujoco {
 namespace {
 
 // Geoms whose names have this ending press instead of those that collide.
-constexpr char kShown[] = "_tactile";
+constexpr std::string_view kShown = "_tactile";
 
 // A mesh with its flat facets. Pads of this process share it, as long as some body uses it.
 struct SharedMesh {
@@ -91,6 +92,31 @@ Placed between(const Layout& layout, const Model* model, int first, int body) {
   return seen_from(back, on_root(layout, model, body));
 }
 
+// Whether MuJoCo's filters keep all geoms of two bodies from colliding, explicit pairs aside: the bodies are welded, one
+// is welded to the other's parent, or the model excludes the pair (computation, "Collision detection", in MuJoCo's
+// documentation).
+bool are_kept_apart(const Layout& layout, const Model* model, int one, int other) {
+  const int *weld = field<const int*>(model, layout.model_body_weldid), first = weld[one], second = weld[other];
+  if (first == second) return true;
+  const int* parent = field<const int*>(model, layout.model_body_parentid);
+  const void* option = &field<char>(model, layout.model_opt);
+  const bool filters = (field<int>(option, layout.option_disableflags) & layout.disable_filterparent) == 0;
+  if (filters && first != 0 && second != 0 && (first == weld[parent[second]] || second == weld[parent[first]])) {
+    return true;
+  }
+  const int signature = (std::min(one, other) << 16) + std::max(one, other);
+  const int* excluded = field<const int*>(model, layout.model_exclude_signature);
+  const int* const end = excluded + field<int>(model, layout.model_nexclude);
+  return std::find(excluded, end, signature) != end;
+}
+
+// Whether a name ends in "_tactile". Digits and separators that follow do not count, as <replicate> numbers its copies.
+bool is_shown(std::string_view name) {
+  const std::size_t last = name.find_last_not_of("0123456789_.-");
+  const std::string_view stem = name.substr(0, last == std::string_view::npos ? 0 : last + 1);
+  return stem.size() >= kShown.size() && stem.substr(stem.size() - kShown.size()) == kShown;
+}
+
 }  // namespace
 
 int rigid_root(const Layout& layout, const Model* model, int body) {
@@ -120,7 +146,11 @@ bool ModelGeometry::Geom::operator==(const Geom& other) const {
 bool may_collide(const Layout& layout, const Model* model, int one, int other) {
   const int* contype = field<const int*>(model, layout.model_geom_contype);
   const int* conaffinity = field<const int*>(model, layout.model_geom_conaffinity);
-  if ((contype[one] & conaffinity[other]) != 0 || (contype[other] & conaffinity[one]) != 0) return true;
+  const int* body = field<const int*>(model, layout.model_geom_bodyid);
+  if (((contype[one] & conaffinity[other]) != 0 || (contype[other] & conaffinity[one]) != 0) &&
+      !are_kept_apart(layout, model, body[one], body[other])) {
+    return true;
+  }
   const int* first = field<const int*>(model, layout.model_pair_geom1);
   const int* second = field<const int*>(model, layout.model_pair_geom2);
   for (int i = 0; i < field<int>(model, layout.model_npair); ++i) {
@@ -164,8 +194,7 @@ void ModelGeometry::choose(const Model* model, int link, int first, int pad_geom
   shown_.clear();
   for (int geom = from; geom < from + count; ++geom) {
     if (geom == pad_geom || !can_be_seen(layout, model, geom)) continue;
-    const std::size_t length = std::strlen(names + name[geom]), ending = sizeof kShown - 1;
-    if (length >= ending && std::strcmp(names + name[geom] + length - ending, kShown) == 0) shown_.push_back(geom);
+    if (is_shown(names + name[geom])) shown_.push_back(geom);
   }
   for (const int geom : shown_) geoms_.push_back(describe(model, geom));
   for (int geom = from; shown_.empty() && geom < from + count; ++geom) {

@@ -19,8 +19,8 @@ Pose pose_of(const double* position, const double* quaternion);
 int rigid_root(const Layout& layout, const Model* model, int body);
 
 // Geometry of the geoms of a rigid body that press on the pad. It consists of one body or of several that are welded to
-// one another, its links. If the names of some geoms of a link end in "_tactile", these press. Otherwise its geoms that
-// collide with the pad press.
+// one another, its links. If the names of some geoms of a link end in "_tactile", or in that and a number, these press.
+// Otherwise its geoms that collide with the pad press.
 class ModelGeometry {
  public:
   ModelGeometry(const Layout& layout, const SideLimits& limits) : layout_(&layout), limits_(limits) {}
@@ -55,7 +55,7 @@ class ModelGeometry {
   std::vector<int> shown_;    // geoms of its last link whose names end in "_tactile"
 };
 
-// Whether two geoms may collide, by their bits or as an explicit pair.
+// Whether two geoms may collide: by their bits, unless their bodies are kept apart, or as an explicit pair.
 bool may_collide(const Layout& layout, const Model* model, int one, int other);
 
 // Whether a geom has a shape that the pad can use. It has none if it collides without a mesh, such as a signed distance

@@ -54,11 +54,7 @@ int nsensordata(const Model* model, int instance, int) {
   if (!resolve(model, instance, -1, resolved)) return 0;  // init() reports the error
   int size = 0;
   for (int i = 0; i < resolved.output_count; ++i) {
-    const int output = resolved.outputs[i];
-    size += output == MJT_WRENCH || output == MJT_CARRIED ? 6
-            : output == MJT_RANGE                         ? 1
-            : output == MJT_STRESS                        ? static_cast<int>(kTensor) * resolved.taxels
-                                                          : resolved.taxels;
+    size += output_size(resolved.outputs[i], resolved.taxels);
   }
   return size;
 }
@@ -104,7 +100,7 @@ int init(const Model* model, Data* data, int instance) {
     functions.warning("%s", resolved.error);
     return -1;
   }
-  auto made = std::make_unique<Instance>(resolved, geom, std::move(addresses),
+  auto made = std::make_unique<Instance>(resolved, resolved.pad->pad, geom, std::move(addresses),
                                          std::make_shared<Context>(resolved.context, true));
   made->prepare(model);
   simulations().keep(data, instance, std::move(made));
@@ -113,16 +109,16 @@ int init(const Model* model, Data* data, int instance) {
 
 void destroy(Data* data, int instance) { simulations().drop(data, instance); }
 
-// MuJoCo copies the plugin's state. A copied simulation also needs the contacts of sleeping bodies, and a new instance
-// if it was made without `init`.
+// MuJoCo copies the plugin's state and outputs. A simulation that was made without `init` needs a new instance, too.
 void copy(Data* to, const Model*, const Data* from, int instance) {
-  const Instance* original = simulations().find(from, instance);
+  Instance* original = simulations().find(from, instance);
   if (original == nullptr) return;
-  if (Instance* known = simulations().find(to, instance)) {
-    known->take_sleeping(*original);
-  } else {
+  Instance* known = simulations().find(to, instance);
+  if (known == nullptr) {
     simulations().keep(to, instance, original->another());
+    known = simulations().find(to, instance);
   }
+  known->take(*original, from);
 }
 
 void reset(const Model*, double* state, void*, int) { state[0] = state[1] = 0.0; }
@@ -133,7 +129,7 @@ void compute(const Model* model, Data* data, int instance, int capability) {
 }
 
 void advance(const Model* model, Data* data, int instance) {
-  if (const Instance* found = simulations().find(data, instance)) found->advance(state_of(model, data, instance));
+  if (Instance* found = simulations().find(data, instance)) found->advance(state_of(model, data, instance));
 }
 
 void visualize(const Model* model, Data* data, const Option*, Scene* scene, int instance) {
@@ -167,7 +163,7 @@ struct mjt_reader {
 };
 
 mjt_reader* mjt_reader_new(const mjt_instance* instance, int geom) {
-  return new mjt_reader{Reader(*instance, geom, std::make_shared<Context>(instance->context, false))};
+  return new mjt_reader{Reader(*instance, instance->pad->pad, geom, std::make_shared<Context>(instance->context, false))};
 }
 
 void mjt_reader_read(mjt_reader* reader, const void* model, const void* data, double* readings, double* stress,

@@ -20,13 +20,14 @@ LawOptions options_of(const mjt_instance& resolved) {
 
 }  // namespace
 
-Reader::Reader(const mjt_instance& resolved, int geom, std::shared_ptr<Context> context)
+Reader::Reader(const mjt_instance& resolved, std::shared_ptr<const Pad> pad, int geom,
+               std::shared_ptr<Context> context)
     : geom_(geom),
       size_tolerance_(resolved.size_tolerance),
       context_(std::move(context)),
       geometry_(running.layout, side_limits(options_of(resolved), resolved.facing_gap)),
-      pad_(resolved.pad->pad),
-      sensor_(resolved.pad->pad, options_of(resolved), resolved.facing_gap, resolved.tolerance) {}
+      pad_(std::move(pad)),
+      sensor_(pad_, options_of(resolved), resolved.facing_gap, resolved.tolerance) {}
 
 void Reader::read(const Model* model, const Data* data, const Steadiness& before, bool press) {
   before_ = before;

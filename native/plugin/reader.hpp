@@ -14,7 +14,7 @@ namespace mjtactile::mujoco {
 
 class Reader {
  public:
-  Reader(const mjt_instance& resolved, int geom, std::shared_ptr<Context> context);
+  Reader(const mjt_instance& resolved, std::shared_ptr<const Pad> pad, int geom, std::shared_ptr<Context> context);
   void prepare(const Model* model) { geometry_.prepare(model, geom_); }
   // Copy the contacts of another reader, so that those of sleeping bodies are known.
   void take_sleeping(const Reader& other) { contacts_ = other.contacts_; }
@@ -28,7 +28,7 @@ class Reader {
   const double* health() const { return health_; }
   AnySensor& sensor() { return sensor_; }
   const AnySensor& sensor() const { return sensor_; }
-  const std::vector<Tile>& tiles() const { return pad_->tiles(); }
+  const std::shared_ptr<const Pad>& pad() const { return pad_; }
   int geom() const { return geom_; }
   const std::shared_ptr<Context>& context() const { return context_; }
 

@@ -434,6 +434,62 @@ def test_a_heat_map_is_drawn_when_asked_for():
         assert drawn.ngeom - bare.ngeom == tiles
 
 
+@pytest.mark.parametrize("output", ["von_mises", "wrench stress von_mises", "wrench"])
+def test_a_copy_shows_the_readings_of_its_original(output):
+    """Viewers draw a copy of mjData in which no sensor computes anything."""
+    config = f'<config key="visual" value="on"/><config key="output" value="{output}"/>'
+    shown = mujoco.MjModel.from_xml_string(scene(config=config))
+    data, scenery = stepped(shown), mujoco.MjvScene(shown, maxgeom=1000)
+
+    def drawn(state):
+        options, camera = mujoco.MjvOption(), mujoco.MjvCamera()
+        mujoco.mjv_updateScene(shown, state, options, None, camera, mujoco.mjtCatBit.mjCAT_ALL, scenery)
+        return [(one.pos.tolist(), one.rgba.tolist()) for one in scenery.geoms[: scenery.ngeom]]
+
+    original = drawn(data)
+    assert len(original) > 169
+    assert drawn(copy.copy(data)) == original
+    again = mujoco.MjData(shown)
+    assert len(drawn(again)) == len(original) - 169
+    mujoco.mj_copyData(again, shown, data)
+    assert drawn(again) == original
+
+
+def test_steps_without_sensors_leave_the_plugins_state_alone(model):
+    data = stepped(model)
+    kept = data.plugin_state.copy()
+    assert kept.any()
+    for start in (kept, np.zeros_like(kept)):
+        data.plugin_state[:] = start
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+        mujoco.mj_step(model, data, 5)
+        model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+        np.testing.assert_array_equal(data.plugin_state, start)
+
+
+def test_no_output_is_a_number_once_the_simulation_has_diverged():
+    config = '<config key="output" value="von_mises wrench carried range"/>'
+    flags = '<option><flag autoreset="disable"/></option><worldbody>'
+    diverges = mujoco.MjModel.from_xml_string(scene(config=config).replace("<worldbody>", flags))
+    data = stepped(diverges)
+    data.qvel[0] = np.nan
+    with pytest.warns(mjtactile.ContactWarning):
+        mujoco.mj_forward(diverges, data)
+    assert np.isnan(data.sensordata).all()
+
+
+def test_absurd_forces_saturate_readings(model):
+    read = []
+    for force in (1e10, 1e30):
+        data = stepped(model)
+        data.xfrc_applied[model.body("box0").id, 2] = -force
+        with pytest.warns(mjtactile.ContactWarning):
+            mujoco.mj_forward(model, data)
+        read.append(data.sensordata.copy())
+    assert read[0].max() > 1e6
+    np.testing.assert_allclose(read[1], read[0], rtol=0.1)
+
+
 def test_registration_in_either_order_of_imports():
     for order in ("mjtactile, mujoco", "mujoco, mjtactile"):
         code = f"import {order}; mujoco.MjModel.from_xml_string({scene()!r}); print('compiled')"

@@ -6,6 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
+import mjtactile
+
 pytestmark = [
     pytest.mark.skipif(not hasattr(mujoco.MjData, "body_awake"), reason="this MuJoCo lets no body sleep"),
     pytest.mark.filterwarnings("ignore::mjtactile.ContactWarning"),
@@ -62,6 +64,41 @@ def test_a_sensor_without_stress_forgets_contacts_on_reset():
     data.plugin_state[:] = 0.0
     mujoco.mj_step(model, data)
     np.testing.assert_array_equal(data.sensor("touch").data, np.zeros(6))
+
+
+def test_a_body_put_elsewhere_while_sensors_were_off_is_not_felt():
+    model, data, awake = asleep("a body on a pad", "wrench von_mises")
+    assert awake[6:].max() > 1e3
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+    data.qpos[:3] = 0.3, 0.0, 0.05
+    model.opt.gravity[:] = 0.0
+    mujoco.mj_step(model, data, 2000)
+    assert data.ntree_awake == 0
+    model.opt.disableflags = 0
+    mujoco.mj_step(model, data, 2)
+    np.testing.assert_array_equal(data.sensor("touch").data, 0.0)
+
+
+def test_what_sleeps_is_felt_again_once_sensors_are_back_on():
+    model, data, awake = asleep("a body on a pad", "wrench von_mises")
+    for flags in (int(mujoco.mjtDisableBit.mjDSBL_SENSOR), 0):
+        model.opt.disableflags = flags
+        mujoco.mj_step(model, data, 50)
+    np.testing.assert_allclose(data.sensor("touch").data, awake, atol=1e-2 * awake.max())
+
+
+def test_a_tactile_sensor_feels_no_body_that_sleeps_elsewhere():
+    model, _, _ = asleep("a body on a pad", "wrench")
+    there, elsewhere = mujoco.MjData(model), mujoco.MjData(model)
+    sensor = mjtactile.TactileSensor(model, geom="pad", fidelity="fast")
+    mujoco.mj_step(model, there, 12)
+    assert sensor.read(there).max() > 1e3
+    elsewhere.qpos[:3] = 0.3, 0.0, 0.05
+    model.opt.gravity[:] = 0.0
+    mujoco.mj_step(model, elsewhere, 2000)
+    assert elsewhere.ntree_awake == 0
+    assert sensor.read(elsewhere).max() == 0.0
+    assert sensor.load(elsewhere) is None
 
 
 def test_steps_do_not_become_slower_while_a_body_sleeps():

@@ -123,12 +123,18 @@ void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Stea
   key_ = key_of(touches, count);
   const double largest = largest_of(touches, count);
   if (!std::isfinite(largest)) {
-    // The simulation has diverged, so no reading would be right.
+    // The simulation has diverged, so no result would be right.
     set_response(std::numeric_limits<Value>::quiet_NaN());
+    std::fill(pressed_.carried, pressed_.carried + 6, std::numeric_limits<double>::quiet_NaN());
+    pressed_.range = std::numeric_limits<double>::quiet_NaN();
     note(Event::refused, touches[0], largest, largest);
     return;
   }
-  const int power = std::ilogb(std::max(largest, std::numeric_limits<double>::min()));
+  // The surface carries no more than its bound on pressure allows, however large the contact force is.
+  const Rectangle whole = sheet();
+  const double area = (whole.east - whole.west) * (whole.north - whole.south);
+  const double most = options_.strength > 0.0 ? options_.strength * area : largest;
+  const int power = std::ilogb(std::max(std::min(largest, most), std::numeric_limits<double>::min()));
   if (std::abs(power) > kCommonPowers) power_ = power;
   const bool steady = count == 1 && before.pose == key_ && before.steps >= kSteady && !pad_->has_mean() &&
                       !keeps_forces_ && options_.law->couples();

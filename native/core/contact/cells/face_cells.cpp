@@ -627,9 +627,9 @@ void FaceCells::shrink(KeptPoint& point) {
 }
 
 // Make the ring narrower where its inner side crosses itself. In the last round its width becomes zero there. Returns
-// whether there was a crossing.
+// whether there was a crossing. All crossings are found before a point is moved, so that their order does not matter.
 bool FaceCells::uncross(bool last) {
-  bool found = false;
+  crossed_.assign(kept_.size(), 0);
   for (std::size_t first = 0; first < kept_loops_.size(); ++first) {
     const Loop& loop = kept_loops_[first];
     for (std::size_t k = loop.first; k < loop.last; ++k) {
@@ -640,14 +640,17 @@ bool FaceCells::uncross(bool last) {
           const std::size_t next = i + 1 < other.last ? i + 1 : other.first;
           if (i == after || next == k) continue;
           if (!crossing(kept_[k].inner, kept_[after].inner, kept_[i].inner, kept_[next].inner)) continue;
-          found = true;
-          for (const std::size_t one : {k, after, i, next}) {
-            if (last) kept_[one].share = 0.0;
-            shrink(kept_[one]);
-          }
+          for (const std::size_t one : {k, after, i, next}) crossed_[one] = 1;
         }
       }
     }
+  }
+  bool found = false;
+  for (std::size_t k = 0; k < kept_.size(); ++k) {
+    if (!crossed_[k]) continue;
+    found = true;
+    if (last) kept_[k].share = 0.0;
+    shrink(kept_[k]);
   }
   return found;
 }

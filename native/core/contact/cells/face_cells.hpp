@@ -135,7 +135,8 @@ class FaceCells {
   std::vector<double> lengths_, anchors_;
   std::vector<Cut> cuts_;
   std::vector<std::size_t> stack_;
-  std::vector<std::uint8_t> backward_;
+  std::vector<std::uint8_t> backward_;   // for each edge of a loop: whether its inner side points the other way
+  std::vector<std::uint8_t> crossed_;    // for each kept point: whether the inner side crosses itself at it
   std::vector<InnerPoint> inner_;
   std::size_t columns_ = 0, rows_ = 0;
   std::vector<double> lines_x_, lines_y_;
