@@ -1,6 +1,7 @@
 #include "contact/cells/sampled_lattices.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace mjtactile {
 namespace {
@@ -83,17 +84,19 @@ void SampledLattices::sample(const HeightWindow& view) {
 void SampledLattices::add(Lattice lattice, const HeightWindow& view, const Territory& territory) {
   grow(view, territory, lattice);
   append(lattice);
-  points_.clear();
-  wanted_.clear();
+  const std::size_t across = 2 * lattice.columns + 1, count = across * (2 * lattice.rows + 1);
+  points_.resize(count);
+  wanted_.resize(count);
+  std::iota(wanted_.begin(), wanted_.end(), std::size_t{0});
   for (std::size_t row = 0; row <= 2 * lattice.rows; ++row) {
-    for (std::size_t column = 0; column <= 2 * lattice.columns; ++column) {
-      wanted_.push_back(wanted_.size());
-      points_.push_back(lattice.at(static_cast<double>(column) / 2, static_cast<double>(row) / 2));
+    Point* const to = points_.data() + row * across;
+    for (std::size_t column = 0; column < across; ++column) {
+      to[column] = lattice.at(static_cast<double>(column) / 2, static_cast<double>(row) / 2);
     }
   }
   sample(view);
   for (std::size_t place = 0; place < lattice.cells(); ++place) {
-    if (nodes(size() - 1, place).under == 0 || territory.lost(lattice.middle(place))) continue;
+    if (!is_under(size() - 1, place) || territory.lost(lattice.middle(place))) continue;
     set_number(size() - 1, place, kCounted);
     ++counted_;
   }
@@ -166,7 +169,7 @@ void SampledLattices::split_lattice(std::size_t own, const std::vector<std::uint
     set_number(own, place, kNone);
     const std::size_t corner = 2 * (place / columns) * finer.columns + 2 * (place % columns);
     for (const std::size_t part : {corner, corner + 1, corner + finer.columns, corner + finer.columns + 1}) {
-      if (nodes(size() - 1, part).under > 0) set_number(size() - 1, part, kCounted);
+      if (is_under(size() - 1, part)) set_number(size() - 1, part, kCounted);
     }
   });
 }
@@ -179,6 +182,17 @@ std::size_t SampledLattices::former(std::size_t lattice, std::size_t place) cons
     lattice = splits_[lattice - before];
   }
   return static_cast<std::size_t>(former_[firsts_[lattice] + place]);
+}
+
+// Whether the body is low enough at some node of a cell.
+bool SampledLattices::is_under(std::size_t lattice, std::size_t place) const {
+  const std::size_t columns = lattices_[lattice].columns, across = 2 * columns + 1;
+  const double* corner = nodes_.data() + first_nodes_[lattice] + 2 * (place / columns) * across + 2 * (place % columns);
+  double least = kNowhere;
+  for (std::size_t row = 0; row < 3; ++row, corner += across) {
+    least = std::min(least, std::min(std::min(corner[0], corner[1]), corner[2]));
+  }
+  return least <= 0.0;
 }
 
 SampledLattices::Nodes SampledLattices::nodes(std::size_t lattice, std::size_t place) const {
@@ -201,7 +215,7 @@ bool SampledLattices::goes_on_beside(const HeightWindow& view, std::size_t latti
     const Point at = own.at(static_cast<double>(column) + 0.5 + along, static_cast<double>(row) + 0.5 + across);
     for (std::size_t k = 0; k < size(); ++k) {
       std::size_t cell;
-      if (k != lattice && lattices_[k].holds(at, cell) && nodes(k, cell).under > 0) return false;
+      if (k != lattice && lattices_[k].holds(at, cell) && is_under(k, cell)) return false;
     }
     return std::isfinite(view.map->height(at.x, at.y));
   };

@@ -68,6 +68,7 @@ class SampledLattices {
   bool goes_on_beside(const HeightWindow& view, std::size_t lattice, std::size_t place) const;
 
  private:
+  bool is_under(std::size_t lattice, std::size_t place) const;
   void append(const Lattice& lattice);
   void sample(const HeightWindow& view);
   void split_lattice(std::size_t lattice, const std::vector<std::uint8_t>& chosen, const HeightWindow& view);
