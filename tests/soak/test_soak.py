@@ -109,6 +109,7 @@ TURNED = {
     14000233: "of a bed of springs all but a few in a row yielded, and rounding chose its first step, 0.2 %",
     15200204: "three loads in a line seemed to have one between them that they pass by, 0.5 %",
     23500367: "a spring that hung free but for rounding counted into the area in contact, 3.4e-4",
+    33500304: "nodes of cells lay on a box's sides, and rounding told which of the cells were whole, 6.5e-5",
 }
 
 
