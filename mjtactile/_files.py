@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from mjtactile._installed import require
 from mjtactile._types import Tables
-from mjtactile.errors import OutputError
+from mjtactile.errors import MjTactileError, OutputError
 
 #: Image formats in which figures can be written, as file name extensions.
 FIGURE_KINDS = ("png", "pdf", "svg", "eps", "jpg", "jpeg", "tif", "tiff", "webp")
@@ -34,6 +34,40 @@ _KINDS = (
     (stat.S_ISFIFO, "a pipe"),
     (stat.S_ISSOCK, "a socket"),
 )
+
+
+def path_from(value: object, name: str, error: type[MjTactileError]) -> Path:
+    """An argument that must be a path.
+
+    Args:
+        value: the argument.
+        name: of the argument.
+        error: what to raise.
+
+    Raises:
+        MjTactileError: `error`, if the argument is no path.
+    """
+    try:
+        return Path(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise error(f"{name} is of type {type(value).__name__}; expected a path, as text or a pathlib.Path.") from None
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and those it lies in, where they do not exist.
+
+    Raises:
+        OutputError: it cannot be made, is not a folder, or its name is not a valid file name.
+    """
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise OutputError(f"{folder} exists but is not a folder. Name another folder, or move that file.")
+        folder.mkdir(parents=True, exist_ok=True)
+    except OutputError:
+        raise
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) and error.strerror else error
+        raise OutputError(f"cannot make the folder {folder}: {why}. Name one in a folder you can write to.") from error
 
 
 def read_text(path: Path) -> str:
@@ -161,17 +195,26 @@ def save_figure(path: Path, figure: Any, dpi: int) -> None:
     write_atomically(path, lambda file: figure.savefig(file, format=kind, dpi=dpi))
 
 
-def write_atomically(path: Path, write: Callable[[Any], None]) -> None:
+def write_atomically(path: Path, write: Callable[[Any], None], *, prefix: str = ".") -> None:
     """Call `write` with an open binary file; the file appears at `path` complete or not at all.
 
     Links are followed. An existing file is replaced and keeps its permissions.
+
+    Args:
+        path: of the file.
+        write: what writes the content.
+        prefix: beginning of the temporary file's name. By default it does not contain the file's own name, which may
+            already have the largest possible length.
 
     Raises:
         OutputError: when it cannot be written; the message says why.
     """
     try:
-        # The temporary name does not contain the file's own name, which may already have the largest possible length.
-        with replacing(_target(path), prefix=".") as file:
+        target = _target(path)
+    except (OSError, ValueError) as error:
+        raise _refused(path, error) from error
+    try:
+        with replacing(target, prefix=prefix) as file:
             write(file)
     except OSError as error:
         raise _refused(path, error) from error

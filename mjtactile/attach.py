@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from mjtactile._types import Array
 from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
-from mjtactile.errors import ContactError, PresetError, SceneError, of_type
+from mjtactile.errors import ContactError, PresetError, SceneError, of_type, shortened
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, named_pad, pad_text
@@ -19,6 +19,7 @@ from mjtactile.plugin.attributes import OUTPUTS, known_pad
 from mjtactile.plugin.registration import ensure_registered
 from mjtactile.sim.pad_geom import add_pad_geom, piece_names
 from mjtactile.sim.pad_solid import pad_solid
+from mjtactile.units import real_numbers
 
 
 def attach_pad(
@@ -84,6 +85,7 @@ def attach_pad(
     parent = _body(spec, body)
     place = _place(pos, quat)
     of_type(bool, "visual", visual, SceneError)
+    of_type(str, "contact", contact, SceneError, "'stiff' or 'soft'")
     table, made = pad_table(pad)
     check_free(spec, name, made)
     if output is None:
@@ -131,10 +133,13 @@ def check_free(spec: mujoco.MjSpec, name: str, pad: Pad) -> None:
         pad: the pad.
 
     Raises:
-        SceneError: the model has a sensor, geom, mesh, site or plugin of such a name, or the name is empty.
+        SceneError: the model has a sensor, geom, mesh, site or plugin of such a name, or the name is empty or holds a
+            null character.
     """
     if not isinstance(name, str) or not name:
         raise SceneError(f"name = {name!r}; expected a text that is not empty, such as 'ff'.")
+    if "\0" in name:
+        raise SceneError(f"name = {name!r}; expected a text without the null character, at which MuJoCo ends a name.")
     geoms = [f"{name}_pad"] if pad.surface.is_flat else piece_names(f"{name}_pad", pad_solid(pad))
     meshes = [] if pad.surface.is_flat else geoms
     taken = [f"sensor '{name}'"] if any(sensor.name == name for sensor in spec.sensors) else []
@@ -162,10 +167,10 @@ def _contact_attributes(fidelity: str | Fidelity, **options: Any) -> dict[str, s
 def _checked_outputs(output: str) -> str:
     names: list[Any] = [*output.split()] if isinstance(output, str) else [output]
     for name in names:
-        if name not in OUTPUTS or names.count(name) > 1:
+        if not (isinstance(name, str) and name in OUTPUTS) or names.count(name) > 1:
             raise SceneError(
-                f"output {name!r} does not exist or is given twice. Available: {', '.join(OUTPUTS)}. Give several as "
-                "one text, separated by spaces."
+                f"output {shortened(name)} does not exist or is given twice. Available: {', '.join(OUTPUTS)}. Give "
+                "several as one text, separated by spaces."
             )
     return output
 
@@ -176,15 +181,16 @@ def _place(pos: npt.ArrayLike, quat: npt.ArrayLike) -> tuple[Array, Array]:
         f"pos = {pos!r}, quat = {quat!r}; expected three lengths [m] and a quaternion (w, x, y, z) that is not zero, "
         "all finite."
     )
-    try:
-        position, orientation = np.asarray(pos, dtype=float), np.asarray(quat, dtype=float)
-    except (TypeError, ValueError):
-        raise wrong from None
-    if position.shape != (3,) or orientation.shape != (4,) or not orientation.any():
+    position, orientation = real_numbers(pos), real_numbers(quat)
+    if position is None or orientation is None or position.shape != (3,) or orientation.shape != (4,):
         raise wrong
-    if not np.isfinite([*position, *orientation]).all():
+    if not (orientation.any() and np.isfinite([*position, *orientation]).all()):
         raise wrong
-    return position, orientation / np.linalg.norm(orientation)
+    # A power of two near the largest component is taken out, which rounds nothing: the norm's squares would overflow
+    # or vanish for very large or small components.
+    _, exponent = np.frexp(np.abs(orientation).max())
+    scaled = np.ldexp(orientation.astype(float), -exponent)
+    return position.astype(float), scaled / np.linalg.norm(scaled)
 
 
 def pad_table(pad: Pad | str | Path | None) -> tuple[str, Pad]:

@@ -158,16 +158,18 @@ class Fidelity:
                 f"precision = {self.precision}; expected 'float64' for all sensing layers or for none of them."
             )
         object.__setattr__(self, "averaging", _by_layer("averaging", self.averaging, AVERAGINGS))
-        if self.loads not in LOADS:
-            raise PresetError(f"loads {self.loads!r} does not exist. Available: {', '.join(LOADS)}.")
+        if not (isinstance(self.loads, str) and self.loads in LOADS):
+            raise PresetError(f"loads {shortened(self.loads)} does not exist. Available: {', '.join(LOADS)}.")
         reduction = finite_number(self.reduction)
         if not 0.0 <= reduction < 1.0:
             raise PresetError(
                 f"reduction = {shortened(self.reduction)}; expected a relative error from 0 (none) to below 1, such as "
                 "0.003."
             )
-        if self.law not in CONTACT_LAWS:
-            raise PresetError(f"contact law {self.law!r} does not exist. Available: {', '.join(CONTACT_LAWS)}.")
+        if not (isinstance(self.law, str) and self.law in CONTACT_LAWS):
+            raise PresetError(
+                f"contact law {shortened(self.law)} does not exist. Available: {', '.join(CONTACT_LAWS)}."
+            )
         if not (is_whole(self.cells) and self.cells >= 1):
             raise PresetError(f"cells = {shortened(self.cells)}; expected a whole number of cells, such as 400.")
         object.__setattr__(self, "reduction", reduction)
@@ -219,10 +221,10 @@ def _by_layer(name: str, choice: str | Sequence[str], known: tuple[str, ...]) ->
     """
     by_layer = list(_entries(choice))
     for one in by_layer or [None]:
-        if one not in known:
+        if not (isinstance(one, str) and one in known):
             raise PresetError(
-                f"{name} {one!r} does not exist. Available: {', '.join(known)}; or one for each sensing layer, "
-                f"such as {known[-2:]}."
+                f"{name} {shortened(one)} does not exist. Available: {', '.join(known)}; or one for each sensing "
+                f"layer, such as {known[-2:]}."
             )
     while by_layer[-2:-1] == by_layer[-1:]:
         by_layer.pop()

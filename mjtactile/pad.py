@@ -24,7 +24,7 @@ from mjtactile._types import Array, Indices
 from mjtactile.errors import PadError, of_type, shortened
 from mjtactile.pad_shape.surfaces import FLAT, Surface
 from mjtactile.pad_shape.taxels import FreeTaxels, as_taxels, depth_bands
-from mjtactile.units import finite_number, is_whole
+from mjtactile.units import finite_number, is_whole, real_numbers
 
 if TYPE_CHECKING:
     import trimesh
@@ -52,11 +52,16 @@ def _require(condition: bool | np.bool_, message: str) -> None:
 
 
 def _number(name: str, value: Any, unit: str) -> float:
-    """A real number as a float; NaN and infinity are accepted."""
-    if isinstance(value, str | bytes | bool | np.bool_):
-        raise PadError(f"{name} = {value!r}; expected a number{unit}.")
+    """A real number as a float; NaN and infinity are accepted.
+
+    Zero has no sign afterwards: equal pads would have different texts and fingerprints otherwise.
+    """
+    refused = isinstance(value, str | bytes | bool | np.bool_)
+    # float() reads arrays of text, and drops imaginary parts of NumPy's numbers.
+    if refused or (hasattr(value, "dtype") and real_numbers(value) is None):
+        raise PadError(f"{name} = {shortened(value)}; expected a number{unit}.")
     try:
-        return float(value)
+        return float(value) + 0.0
     except OverflowError:
         return math.inf if value > 0 else -math.inf
     except (TypeError, ValueError):
@@ -439,7 +444,8 @@ class Pad:
             thickness: of a single layer of the default material [m]; alternative to `layers`.
             layers: top first; alternative to `thickness`.
             frame: pose (4, 4) of the pad frame in the mesh's frame, translation in metres. The third column is the
-                direction out of the pad, the fourth the origin. By default the mesh's own frame.
+                direction out of the pad, the fourth the origin, which is on the mesh or off it by at most a
+                twentieth of the pad's width. By default the mesh's own frame.
             scale: metres per unit of the mesh: 1e-3 for a mesh in millimetres.
             smoothing: root mean square distance between patch and mesh that is accepted for smoothness [m]; by default
                 a tenth of the distance between the mesh's facets and a smooth surface through their corners.
@@ -450,8 +456,8 @@ class Pad:
 
         Raises:
             FileNotFoundError: when there is no such file.
-            PadError: when the mesh has a hole, a fold or a step under the rectangle, or the pad cannot exist; the
-                message says where.
+            PadError: when the mesh cannot be read, has a hole, a fold or a step under the rectangle, or is not where
+                the frame's origin is, or the pad cannot exist; the message says where.
         """
         from mjtactile.pad_shape.surface_fit import fitted_patch
 

@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from mjtactile._files import read_text, why_unread
+from mjtactile._files import path_from, read_text, why_unread
 from mjtactile.errors import PadError, SceneError, shortened
 from mjtactile.pad import Layer, Pad, TaxelGrid, require_pad
 from mjtactile.pad_shape.surfaces import FLAT, surface_from
@@ -76,7 +76,7 @@ def pad_from_file(path: str | Path) -> Pad:
     Raises:
         PadError: the file cannot be read, a value is unknown, or `Pad` refuses the values.
     """
-    path = Path(path)
+    path = path_from(path, "path", PadError)
     try:
         values = tomllib.loads(read_text(path))
     except (OSError, ValueError, RecursionError) as error:

@@ -7,7 +7,7 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.contact.footprint import FACING_GAP
-from mjtactile.contact.options import contact_options
+from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
 from mjtactile.contact.press import Rim
 from mjtactile.errors import SceneError, of_type
 from mjtactile.fidelity import DEFAULT, Fidelity
@@ -38,21 +38,23 @@ class TactileSensor:
         model: compiled model.
         pad: a Pad whose size and thickness are those of the geom; by default the paper's. Or the name of a sensor of
             the plugin "mjtactile.pad", whose pad, fidelity, law and readings are used, so that no other argument may be
-            given; or the name of a pad's geom. Where the model disables its sensors, MuJoCo writes no readings, and
-            this object solves the contacts.
-        geom: name of the pad's geom.
-        fidelity: preset by name or a Fidelity, see `influence_matrices`; ignored when `influence` is given.
+            given; or the name of a pad's geom, in place of `geom`. Where the model disables its sensors, MuJoCo writes
+            no readings, and this object solves the contacts.
+        geom: name of the pad's geom; None for "pad".
+        fidelity: preset by name or a Fidelity, see `influence_matrices`; None for "balanced". Ignored when `influence`
+            is given.
         influence: influence matrices of this pad, if they are loaded already.
         law: contact law, see `contact_load`; None for the one of the influence matrices' fidelity.
-        tangential: how shear is distributed, see `contact_load`.
+        tangential: how shear is distributed, see `contact_load`; None for "proportional".
         friction: coefficient [-], see `contact_load`; None uses that of MuJoCo's contacts where "coulomb" needs one.
         tilt: "free" or "fixed", see `contact_load`; None for "free".
-        facing_gap: parts of a body up to this height above its first contact point belong to the contact face [m].
+        facing_gap: parts of a body up to this height above its first contact point belong to the contact face [m]; None
+            for `contact.footprint.FACING_GAP`.
 
     Raises:
         SceneError: the model is no MjModel or has no such geom, the geom does not have the pad's shape, `facing_gap` is
-            no length, or arguments contradict a sensor of the plugin. Methods raise it too, if `data` belongs to
-            another model.
+            no length, arguments contradict a sensor of the plugin, or two geoms are named. Methods raise it too, if
+            `data` belongs to another model.
         PadError: `pad` is no pad.
         ContactError: law, tangential or tilt is unknown, or they cannot be combined.
     """
@@ -62,14 +64,14 @@ class TactileSensor:
         model: mujoco.MjModel,
         pad: Pad | str | None = None,
         *,
-        geom: str = "pad",
-        fidelity: str | Fidelity = DEFAULT,
+        geom: str | None = None,
+        fidelity: str | Fidelity | None = None,
         influence: InfluenceMatrices | None = None,
         law: str | None = None,
-        tangential: str = "proportional",
+        tangential: str | None = None,
         friction: float | None = None,
         tilt: str | None = None,
-        facing_gap: float = FACING_GAP,
+        facing_gap: float | None = None,
     ) -> None:
         of_type(mujoco.MjModel, "model", model, SceneError, "MjSpec.compile() or MjModel.from_xml_path(...) makes one")
         if influence is not None:
@@ -80,28 +82,34 @@ class TactileSensor:
         if isinstance(pad, str):
             found = plugin_sensor(model, pad)
             if found is None:
+                _refuse_second_geom(pad, geom)
                 pad, geom = None, pad
             else:
-                own = {"fidelity": fidelity != DEFAULT, "influence": influence is not None, "law": law is not None}
-                own |= {"tangential": tangential != "proportional", "friction": friction is not None}
-                own |= {"geom": geom != "pad", "tilt": tilt is not None, "facing_gap": facing_gap != FACING_GAP}
+                own = {"fidelity": fidelity, "influence": influence, "law": law, "tangential": tangential}
+                own |= {"friction": friction, "geom": geom, "tilt": tilt, "facing_gap": facing_gap}
                 name = model.geom(found.geom).name
-                _refuse_second_choice(pad, name, [option for option, given in own.items() if given])
+                _refuse_second_choice(pad, name, [option for option, given in own.items() if given is not None])
                 pad, geom = None, name
                 influence, self._sensordata = found.attributes.influence(), found.readings
                 law, tangential, friction, tilt = found.attributes.contact
         self.pad = require_pad(pad) if pad is not None else (influence.pad if influence is not None else Pad())
+        geom = "pad" if geom is None else geom
         self.geom = pad_geom(model, geom, self.pad)
         if influence is not None and influence.pad != self.pad:
             raise SceneError(
                 f"the influence matrices belong to a {influence.pad.summary}, the sensor to a {self.pad.summary}. "
                 "Make them with influence_matrices(pad)."
             )
-        self.influence = shared_influence(self.pad, fidelity) if influence is None else influence
+        if influence is None:
+            influence = shared_influence(self.pad, DEFAULT if fidelity is None else fidelity)
+        self.influence = influence
         self.law = self.influence.fidelity.law if law is None else law
-        self.tangential, self.friction, self.tilt = tangential, friction, "free" if tilt is None else tilt
-        options = contact_options(self.influence, law=law, tangential=tangential, friction=friction, tilt=self.tilt)
-        self.facing_gap = _checked_gap(facing_gap)
+        self.tangential = TANGENTIALS[0] if tangential is None else tangential
+        self.friction, self.tilt = friction, TILTS[0] if tilt is None else tilt
+        options = contact_options(
+            self.influence, law=law, tangential=self.tangential, friction=friction, tilt=self.tilt
+        )
+        self.facing_gap = FACING_GAP if facing_gap is None else _checked_gap(facing_gap)
         how = Reading(influence=self.influence, options=options, friction=friction, facing_gap=self.facing_gap)
         bodies = tuple(model.body(number).name for number in range(model.nbody))
         self._reader = NativeReader(how, self.geom, geom, bodies)
@@ -160,6 +168,15 @@ class TactileSensor:
 
     def _check(self, data: mujoco.MjData) -> None:
         check_data(self.model, data, "the model that the TactileSensor was made with")
+
+
+def _refuse_second_geom(pad: str, geom: str | None) -> None:
+    """Refuse a geom beside one that is named in place of the pad."""
+    if geom is not None:
+        raise SceneError(
+            f"pad = {pad!r} is no sensor of the plugin, so that it names the pad's geom, but geom = {geom!r} names one "
+            f"too. Give one of them, TactileSensor(model, geom={geom!r}, ...), or a Pad as pad."
+        )
 
 
 def _refuse_second_choice(sensor: str, geom: str, given: list[str]) -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 import re
 from numbers import Integral
-from typing import TypeGuard
+from typing import Any, TypeGuard
 
 import numpy as np
+import numpy.typing as npt
 
 from mjtactile.errors import UnitError
 
@@ -29,14 +30,39 @@ _FORCE_UNITS = {"gf": GRAM_FORCE, "n": 1.0, "mn": 1e-3}
 
 
 def finite_number(value: object) -> float:
-    """A finite number of Python or NumPy as a float; NaN for everything else, such as text, a bool or infinity."""
-    if isinstance(value, str | bytes | bool | np.bool_):
+    """A finite real number of Python or NumPy as a float; NaN for everything else, such as text, a bool or infinity."""
+    if isinstance(value, str | bytes | bool | np.bool_ | np.complexfloating):
         return math.nan
     try:
         number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
         return math.nan
     return number if math.isfinite(number) else math.nan
+
+
+def real_numbers(values: object) -> npt.NDArray[Any] | None:
+    """Values as an array of real numbers, of any shape; NaN and infinity are accepted.
+
+    NumPy converts text to numbers silently, and drops imaginary parts with a mere warning. Here both are refused.
+
+    Args:
+        values: an array, or what NumPy makes one of.
+
+    Returns:
+        The array, of the values' own type if that is a real one, and not copied then; None for everything else, such as
+        text, complex numbers or rows of different lengths.
+    """
+    try:
+        numbers = np.asarray(values)
+        if numbers.dtype.kind in "biuf":
+            return numbers
+        # Objects are fractions, integers beyond 64 bits, and such.
+        wrong = (str, bytes, np.complexfloating)
+        if numbers.dtype.kind != "O" or any(isinstance(one, wrong) for one in numbers.flat):
+            return None
+        return numbers.astype(float)
+    except (TypeError, ValueError, OverflowError):
+        return None
 
 
 def is_whole(value: object) -> TypeGuard[int]:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mjtactile.cli.options import FidelityOption, RayAddressOption, RayOption, WorkersOption
-from mjtactile.errors import OutputError
 from mjtactile.fidelity import DEFAULT
 from mjtactile.units import MOST_PRESSES, MOST_SEED
 
@@ -16,6 +15,8 @@ if TYPE_CHECKING:
     from mjtactile.experiments.grasp.trials import TrialSettings
 
 _LIFT = "lift"
+#: File that marks a temporary folder of presses, which is deleted in the end.
+_MARKER = ".mjtactile-temporary"
 #: Where lift's controller gets its forces from.
 _TOUCHES = ("true", "recognised")
 
@@ -41,6 +42,7 @@ def dataset(
     from dataclasses import replace
     from time import perf_counter
 
+    from mjtactile._files import make_folder
     from mjtactile.dataset.files import make_dataset
     from mjtactile.dataset.spec import load_spec
     from mjtactile.workers import Workers
@@ -53,7 +55,11 @@ def dataset(
         wanted = replace(wanted, seed=seed)
     folder = spec.with_suffix("") if out is None else out
     presses_folder = _presses_folder(folder, form)
-    _check_folder(presses_folder)
+    if flat and form != "lerobot":
+        raise typer.BadParameter(f"format {form} has no flat readings, only lerobot has. Leave out --flat.")
+    if form == "lerobot":
+        make_folder(presses_folder)
+        (presses_folder / _MARKER).touch()
     start = perf_counter()
     made = make_dataset(wanted, presses_folder, workers=who)
     typer.echo(f"made {made} of {wanted.presses} presses in {perf_counter() - start:.1f} s: {presses_folder}")
@@ -70,8 +76,11 @@ def dataset(
 def _presses_folder(folder: Path, form: str) -> Path:
     """Folder in which the presses are made. For other formats than Parquet, it is a temporary one beside `folder`.
 
+    It stays after an interruption, so that the presses need not be made again, and has a marker: no other is deleted.
+
     Raises:
-        DatasetError: there is no such format, or the dataset of another format exists already.
+        DatasetError: there is no such format, the dataset of another format exists already, or the temporary folder is
+            not this command's own.
     """
     from mjtactile.errors import DatasetError
 
@@ -81,21 +90,13 @@ def _presses_folder(folder: Path, form: str) -> Path:
         return folder
     if folder.exists():
         raise DatasetError(f"{folder} exists already. Name another folder with --out, or delete that one.")
-    return folder.with_name(f"{folder.name}.presses")
-
-
-def _check_folder(folder: Path) -> None:
-    """Make the folder; refuse existing files and names that no folder can have."""
-    try:
-        there = folder.exists()
-        if there and not folder.is_dir():
-            raise OutputError(f"{folder} exists but is not a folder. Name the folder of the dataset with --out.")
-        folder.mkdir(parents=True, exist_ok=True)
-    except OutputError:
-        raise
-    except (OSError, ValueError) as error:
-        why = error.strerror if isinstance(error, OSError) and error.strerror else error
-        raise OutputError(f"cannot make the folder {folder}: {why}. Name another with --out.") from error
+    temporary = folder.with_name(f".{folder.name}.presses")
+    if temporary.is_dir() and not (temporary / _MARKER).is_file() and any(temporary.iterdir()):
+        raise DatasetError(
+            f"{temporary}, where the presses would be made for a while, exists and is not of this command. Name "
+            "another folder with --out, or move that one."
+        )
+    return temporary
 
 
 def record(
@@ -103,8 +104,12 @@ def record(
     out: Annotated[Path, typer.Option(help="Folder of the new dataset.")],
     episodes: Annotated[int, typer.Option(min=1, help="Number of episodes.")] = 50,
     seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Seed of all random numbers.")] = 0,
-    touch: Annotated[str, typer.Option(help="Forces that lift's controller gets: true or recognised.")] = "true",
-    fps: Annotated[int, typer.Option(min=1, help="Frames per second of lift; it must divide 250.")] = 50,
+    touch: Annotated[
+        str | None, typer.Option(help="Forces that lift's controller gets: true or recognised.  [default: true]")
+    ] = None,
+    fps: Annotated[
+        int | None, typer.Option(min=1, help="Frames per second of lift; it must divide 250.  [default: 50]")
+    ] = None,
     flat: Annotated[
         bool, typer.Option("--flat", help="Store readings as vectors, not (layers, rows, columns).")
     ] = False,
@@ -115,30 +120,49 @@ def record(
 
     from mjtactile.experiments.grasp.trials import TrialSettings
 
-    if touch not in _TOUCHES:
+    if touch is not None and touch not in _TOUCHES:
         raise typer.BadParameter(f"{touch!r} does not exist. Available: {', '.join(_TOUCHES)}.", param_hint="--touch")
     start = perf_counter()
     settings = TrialSettings(seed=seed, fidelity=fidelity)
     if what == _LIFT:
         from mjtactile.lerobot.grasp import record_lifts
 
-        results = record_lifts(out, episodes=episodes, settings=settings, condition=touch, fps=fps, flat=flat)
+        results = record_lifts(
+            out, episodes=episodes, settings=settings, condition=touch or "true", fps=fps or 50, flat=flat
+        )
         typer.echo(f"{sum(result['success'] for result in results)} of {episodes} lifted")
     else:
+        _check_environment(what, {"--touch": touch, "--fps": fps})
         _record_environment(what, out, episodes, settings, flat)
     typer.echo(f"wrote {episodes} episodes in {perf_counter() - start:.1f} s: {out}")
+
+
+def _check_environment(name: str, options: dict[str, object]) -> None:
+    """Refuse what is no environment, and options of lift.
+
+    Args:
+        name: of the environment.
+        options: values of lift's options by their names, None where they were not given.
+
+    Raises:
+        BadParameter: there is no such environment, or an option was given.
+    """
+    from mjtactile.envs.registration import ENTRY_POINTS
+
+    if name not in ENTRY_POINTS:
+        known = ", ".join((_LIFT, *ENTRY_POINTS))
+        raise typer.BadParameter(f"{name!r} cannot be recorded. Available: {known}.", param_hint="WHAT")
+    for option, value in options.items():
+        if value is not None:
+            raise typer.BadParameter(f"{name} has no {option}, only lift has. Leave out {option}.")
 
 
 def _record_environment(name: str, out: Path, episodes: int, settings: TrialSettings, flat: bool) -> None:
     """Record an environment under random actions; to record a policy, use `LeRobotRecorder`."""
     from mjtactile._progress import progress_bar
-    from mjtactile.envs.registration import ENTRY_POINTS
     from mjtactile.envs.single import TactileEnv
     from mjtactile.lerobot.environment import LeRobotRecorder
 
-    if name not in ENTRY_POINTS:
-        known = ", ".join((_LIFT, *ENTRY_POINTS))
-        raise typer.BadParameter(f"{name!r} cannot be recorded. Available: {known}.", param_hint="WHAT")
     env = TactileEnv(name, observation="pascals", fidelity=settings.fidelity)
     env.action_space.seed(settings.seed)
     recorder = LeRobotRecorder(env, out, flat=flat)

@@ -41,8 +41,12 @@ def loop(
     fidelity: FidelityOption = DEFAULT,
     layers: Annotated[str, typer.Option(help="Sensing layers that recognisers use: all or top.")] = "all",
     weights: Annotated[Path | None, typer.Option(help="Folder of other weights.  [default: the package's]")] = None,
-    figure: Annotated[Path, typer.Option(help="Draw forces and shapes to this file.")] = Path("loop.png"),
-    video: Annotated[Path, typer.Option(help="Write a video to this file, .gif or .webp.")] = Path("loop.gif"),
+    figure: Annotated[
+        Path | None, typer.Option(help="Draw forces and shapes to this file.  [default: loop.png]")
+    ] = None,
+    video: Annotated[
+        Path | None, typer.Option(help="Write a video to this file, .gif or .webp.  [default: loop.gif]")
+    ] = None,
     record: Annotated[bool, typer.Option(help="Make figure and video.")] = True,
     view: Annotated[bool, typer.Option("--view", help="Show the scene live in MuJoCo's viewer.")] = False,
     as_json: AsJson = False,
@@ -53,6 +57,10 @@ def loop(
     from mjtactile.experiments.loop.run import loop_recognisers, run_loop
     from mjtactile.fidelity import as_fidelity
 
+    for option, path in (("--figure", figure), ("--video", video)):
+        if path is not None and not record:
+            raise typer.BadParameter(f"--no-record makes no figure and no video. Leave out {option} or --no-record.")
+    figure, video = figure or Path("loop.png"), video or Path("loop.gif")
     as_fidelity(fidelity)
     steps_between(rate)
     loop_recognisers(layers, weights)

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from shapely import Polygon
 
 from mjtactile._types import Array
 from mjtactile.contact.footprint import Footprint
@@ -99,7 +98,7 @@ def solved_load(
         ContactError: no contact was found.
     """
     if not wrench.normal > 0.0:
-        return _empty_load(influence, wrench)
+        return SurfaceLoad.none(influence.surface, wrench.force, wrench.moment)
     return _pressed_loads(influence, [footprint], [wrench], options)[0]
 
 
@@ -121,7 +120,11 @@ def solved_loads(
         ContactError: no contact was found.
     """
     pressing = [k for k, wrench in enumerate(wrenches) if wrench.normal > 0.0]
-    loads = {k: _empty_load(influence, wrench) for k, wrench in enumerate(wrenches) if not wrench.normal > 0.0}
+    loads = {
+        k: SurfaceLoad.none(influence.surface, wrench.force, wrench.moment)
+        for k, wrench in enumerate(wrenches)
+        if not wrench.normal > 0.0
+    }
     if pressing:
         bodies, wanted = [footprints[k] for k in pressing], [wrenches[k] for k in pressing]
         loads |= zip(pressing, _pressed_loads(influence, bodies, wanted, options), strict=True)
@@ -148,13 +151,6 @@ def _pressed_loads(
                 stacklevel=5,
             )
     return [one.load for one in solved]
-
-
-def _empty_load(influence: InfluenceMatrices, wrench: Wrench) -> SurfaceLoad:
-    """A load without tractions, whose residual is the whole wrench."""
-    surface = influence.surface
-    nodal = np.zeros((*surface.node_shape, 3))
-    return SurfaceLoad(nodal, surface, Polygon(), wrench.force, wrench.moment, ContactState(stick_area=0.0))
 
 
 def _warn(text: str, stacklevel: int) -> None:

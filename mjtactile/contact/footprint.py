@@ -18,7 +18,8 @@ from mjtactile.errors import FootprintError, of_type
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.contour import region_below
 from mjtactile.geometry.planar import Bounds, area_on_sheet, areal
-from mjtactile.units import finite_number
+from mjtactile.pad_shape.surfaces import Surface
+from mjtactile.units import finite_number, real_numbers
 
 #: Height of a body above the pad's surface, or its plane z = 0, [m] at points x, y [m]; infinite without a body.
 GapFunction = Callable[[Array, Array], npt.ArrayLike]
@@ -76,7 +77,7 @@ class Footprint:
         if surface.outer.is_flat:
             return cls(area, surface)
         height = surface.outer.height
-        return cls(area, surface, lambda x, _: np.zeros_like(x), 0.0, _reach(surface), bounded=True, upright=height)
+        return cls(area, surface, _no_gap, 0.0, _reach(surface), bounded=True, upright=height)
 
     @classmethod
     def from_gap(
@@ -99,11 +100,13 @@ class Footprint:
             lowest: least height over the sheet [m]; by default it is searched for.
 
         Raises:
-            FootprintError: the gap function returns NaN, minus infinity or another number of heights than points, no
-                part of the body is above the pad, or `lowest` is not its least height.
+            FootprintError: the gap is no function; it returns NaN, minus infinity or another number of heights than
+                points; no part of the body is above the pad; `lowest` is not its least height; the outline is not a
+                valid area; or `surface` is no grid.
         """
-        checked = _checked(gap)
-        bounds = _grid(surface).bounds if outline is None else area_on_sheet(outline, surface.bounds).bounds
+        checked = _checked("gap", gap)
+        sheet = _grid(surface).bounds
+        bounds = sheet if outline is None else area_on_sheet(outline, sheet).bounds
         reach = _reach(surface)
         if lowest is None:
             lowest = _lowest(checked, bounds, outline)
@@ -117,13 +120,10 @@ class Footprint:
                     "is below the body, leave that out."
                 )
         else:
-            area = area_on_sheet(outline, surface.bounds)
+            area = area_on_sheet(outline, sheet)
         if surface.outer.is_flat:
             return cls(area, surface, checked, lowest, reach, bounded=outline is not None)
-
-        def upright(x: Array, y: Array) -> Array:
-            return checked(x, y) - lowest + surface.outer.height(x, y)
-
+        upright = _Shifted(checked, lowest, 1.0, surface.outer)
         return cls(area, surface, checked, lowest, reach, bounded=outline is not None, upright=upright)
 
     @classmethod
@@ -147,10 +147,10 @@ class Footprint:
         Raises:
             FootprintError: as `from_gap`.
         """
-        if _grid(surface).outer.is_flat:
-            return cls.from_gap(height, surface, outline=outline)
-        checked = _checked(height)
-        made = cls.from_gap(lambda x, y: checked(x, y) - surface.outer.height(x, y), surface, outline=outline)
+        outer, checked = _grid(surface).outer, _checked("height", height)
+        if outer.is_flat:
+            return cls.from_gap(checked, surface, outline=outline)
+        made = cls.from_gap(_Shifted(checked, 0.0, -1.0, outer), surface, outline=outline)
         return replace(made, upright=checked)
 
     def heights(self, points: Array) -> Array:
@@ -242,11 +242,51 @@ def _corners(surface: SurfaceGrid) -> tuple[Array, Array]:
     return x.ravel(), y.ravel()
 
 
-def _checked(gap: GapFunction) -> Callable[[Array, Array], Array]:
-    """The function with checks of the heights that it returns."""
+# What follows are functions and classes of the module, not functions in functions: footprints can then be pickled.
 
-    def heights(x: Array, y: Array) -> Array:
-        values = np.asarray(gap(x, y), dtype=float)
+
+def _no_gap(x: Array, _: Array) -> Array:
+    """Height of a face with the pad's curvature above the pad [m]."""
+    return np.zeros_like(x)
+
+
+@dataclass(frozen=True)
+class _Shifted:
+    """Heights minus a height, plus a multiple of those of a pad's surface."""
+
+    heights: Callable[[Array, Array], Array]
+    less: float
+    share: float
+    outer: Surface
+
+    def __call__(self, x: Array, y: Array) -> Array:
+        return self.heights(x, y) - self.less + self.share * self.outer.height(x, y)
+
+
+def _checked(name: str, gap: GapFunction) -> Callable[[Array, Array], Array]:
+    """The function of an argument of this name, with checks of the heights that it returns."""
+    if not callable(gap):
+        raise FootprintError(
+            f"{name} is of type {type(gap).__name__}; expected a function of arrays x and y in metres that returns one "
+            "height per point. For a flat face: Footprint.from_outline(...)."
+        )
+    return gap if isinstance(gap, _Checked) else _Checked(gap)
+
+
+@dataclass(frozen=True)
+class _Checked:
+    """A gap function with checks of the heights that it returns."""
+
+    gap: GapFunction
+
+    def __call__(self, x: Array, y: Array) -> Array:
+        values = real_numbers(self.gap(x, y))
+        if values is None:
+            raise FootprintError(
+                "the gap function gave heights that are no real numbers. It must take arrays x and y and return one "
+                "height in metres per point."
+            )
+        values = np.asarray(values, dtype=float)
         if values.shape != x.shape:
             raise FootprintError(
                 f"the gap function gave heights of shape {values.shape} for points of shape {x.shape}. It must take "
@@ -260,8 +300,6 @@ def _checked(gap: GapFunction) -> Callable[[Array, Array], Array]:
                 "are finite, or numpy.inf where there is no body."
             )
         return values
-
-    return heights
 
 
 def _lowest(gap: Callable[[Array, Array], Array], bounds: Bounds, outline: BaseGeometry | None) -> float:

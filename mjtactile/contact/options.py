@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,11 +11,11 @@ from mjtactile._types import Array
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.laws import BY_NAME, ContactLaw
 from mjtactile.contact.tangentials import TANGENTIAL_CHOICES, TANGENTIALS, TangentialChoice
-from mjtactile.errors import ContactError, MjTactileError, of_type
+from mjtactile.errors import ContactError, MjTactileError, of_type, shortened
 from mjtactile.fidelity import CONTACT_LAWS as LAWS
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.units import finite_number, is_whole
+from mjtactile.units import finite_number, is_whole, real_numbers
 
 __all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactOptions", "Wrench", "contact_options", "vector", "wanted_wrench"]
 
@@ -123,8 +122,8 @@ def contact_options(
         ("tangential", tangential, TANGENTIALS),
         ("tilt", tilt, TILTS),
     ):
-        if name not in known:
-            raise ContactError(f"{kind} {name!r} does not exist. Available: {', '.join(known)}.")
+        if not (isinstance(name, str) and name in known):
+            raise ContactError(f"{kind} {shortened(name)} does not exist. Available: {', '.join(known)}.")
     if tangential not in BY_NAME[law].tangentials:
         able = " or ".join(repr(one.name) for one in BY_NAME.values() if tangential in one.tangentials)
         raise ContactError(f"tangential={tangential!r} needs law={able}; law {law!r} knows 'proportional' only.")
@@ -158,7 +157,7 @@ def wanted_wrench(footprint: Footprint, force: npt.ArrayLike, moment: npt.ArrayL
 
 
 def vector(name: str, value: npt.ArrayLike, error: type[MjTactileError] = ContactError) -> Array:
-    """A force or a moment, checked.
+    """A force or a moment, checked and copied, so that results do not change with the caller's array.
 
     Args:
         name: of the argument.
@@ -168,10 +167,7 @@ def vector(name: str, value: npt.ArrayLike, error: type[MjTactileError] = Contac
     Raises:
         MjTactileError: `error`, if it is not three finite numbers.
     """
-    try:
-        numbers = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        numbers = np.zeros(0)
-    if numbers.shape != (3,) or not all(map(math.isfinite, numbers.tolist())):
-        raise error(f"{name} = {value!r}; expected three finite numbers (x, y, z) in the pad frame, N or N m.")
-    return numbers
+    numbers = real_numbers(value)
+    if numbers is None or numbers.shape != (3,) or not np.isfinite(numbers).all():
+        raise error(f"{name} = {shortened(value)}; expected three finite numbers (x, y, z) in the pad frame, N or N m.")
+    return np.array(numbers, dtype=float)

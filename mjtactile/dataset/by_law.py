@@ -8,16 +8,23 @@ curved pads see on_surface.py.
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
+from shapely import Point
 
 from mjtactile._types import Array
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.dataset.on_surface import curved_pose_readings
 from mjtactile.dataset.sampling import OutlinePresses, PosePresses
-from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, sized_face, sphere_height
+from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, shape_face, sized_face, sphere_height
+from mjtactile.dataset.spec import ContactSpec
+from mjtactile.errors import DatasetError, FootprintError
 from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.pad import Pad
 from mjtactile.plugin.health import quiet_contacts
+from mjtactile.units import MILLIMETRE
 
 #: Ratio of tangential to pressing force of the probe loads, from which the other loads are combined [-].
 _PROBE = 0.3
@@ -55,6 +62,43 @@ def pose_footprint(influence: InfluenceMatrices, presses: OutlinePresses, pose: 
     return Footprint.from_outline(
         placed(sized_face(presses.shape, presses.size), pose.shift, pose.rotation), influence.surface
     )
+
+
+def always_on_pad(contact: ContactSpec, pad: Pad) -> bool:
+    """Whether it is plain that bodies of this kind of contact are on a flat pad at every pose."""
+    return all(_is_on_pad(shape, contact.size[1], contact.shift, pad) for shape in contact.shapes)
+
+
+def check_on_pad(influence: InfluenceMatrices, presses: OutlinePresses) -> None:
+    """Refuse poses at which a body misses a flat pad.
+
+    Args:
+        influence: influence matrices of the pad.
+        presses: the presses.
+
+    Raises:
+        DatasetError: a body misses the pad; the message names the press and the entry.
+    """
+    for number, pose in enumerate(presses.poses):
+        if _is_on_pad(presses.shape, presses.size, pose.shift, influence.pad):
+            continue
+        try:
+            pose_footprint(influence, presses, pose)
+        except FootprintError as error:
+            (x, y), (width, depth) = np.array(pose.shift) / MILLIMETRE, np.array(influence.pad.size) / MILLIMETRE
+            raise DatasetError(
+                f"press {presses.first + number * len(pose.magnitudes)}, a {Path(presses.shape).stem} of size "
+                f"{presses.size:.3g}, misses the pad of {width:g} x {depth:g} mm: [[contact]] shift puts it at "
+                f"({x:.3g}, {y:.3g}) mm from the middle. Give a smaller shift."
+            ) from error
+
+
+def _is_on_pad(shape: str, size: float, shift: tuple[float, float], pad: Pad) -> bool:
+    """Whether it is plain that a body is on the pad; a body at an edge may be on it without that."""
+    face = shape_face(shape)
+    # Whatever the rotation, the body has a point no further than this from its origin.
+    nearest = 0.0 if face is None else size * face.distance(Point(0.0, 0.0))
+    return max(map(abs, shift)) + nearest < min(pad.size) / 2
 
 
 def _pose_readings(

@@ -15,7 +15,7 @@ import json
 import math
 import shutil
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
@@ -24,14 +24,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mjtactile._files import PARTIAL, check_writable, unusable
+from mjtactile._files import PARTIAL, check_writable, make_folder, path_from, unusable
 from mjtactile._installed import require
 from mjtactile._progress import progress_bar
 from mjtactile._types import Array
 from mjtactile.dataset.sampling import NOISE, OutlinePresses, outline_presses, stream
 from mjtactile.dataset.seal import UNSEALED, is_sealed, is_whole, sealed
 from mjtactile.dataset.spec import DatasetSpec
-from mjtactile.errors import DamagedPartError, DatasetError, DatasetWarning
+from mjtactile.errors import DamagedPartError, DatasetError, DatasetWarning, of_type
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad
 from mjtactile.workers import Workers, check_workers, make_files
@@ -61,9 +61,8 @@ def part_file(task: PartOf) -> bytes:
     require("dataset")
     import pyarrow.parquet as pq
 
-    spec, (first, end) = task.spec, task.part
-    outlines = range(first // spec.presses_per_outline, math.ceil(end / spec.presses_per_outline))
-    made = [press_columns(spec, outline_presses(spec, outline)) for outline in outlines]
+    spec, (_, end) = task.spec, task.part
+    made = [press_columns(spec, outline_presses(spec, outline)) for outline in _outlines(spec, task.part)]
     columns = {name: np.concatenate([columns[name] for columns in made]) for name in made[0]}
     wanted = columns["press"] < end
     table = _table(spec, task.part, {name: column[wanted] for name, column in columns.items()})
@@ -322,10 +321,12 @@ def make_dataset(spec: DatasetSpec, folder: str | Path, *, workers: int | Worker
         Number of presses made by this call, without those that did not settle in MuJoCo.
 
     Raises:
-        DatasetError: the folder contains another dataset, more presses than specified, or another file with a part's
-            name; another process is making the dataset; or the disk is too small.
+        DatasetError: `spec` is no specification or `folder` no path; the folder contains another dataset, more presses
+            than specified, or another file with a part's name; a body misses the pad; another process is making the
+            dataset; or the disk is too small.
         DistributeError: workers cannot be started or reached, or are killed repeatedly.
-        OSError: the folder cannot be written.
+        IndenterError: a mesh file cannot be read.
+        OutputError: the folder cannot be made or written.
 
     Warns:
         DatasetWarning: a part was damaged and is made again.
@@ -337,8 +338,9 @@ def make_dataset(spec: DatasetSpec, folder: str | Path, *, workers: int | Worker
 
     chosen = Workers(count=workers) if isinstance(workers, int) else workers
     check_workers(chosen)
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    of_type(DatasetSpec, "spec", spec, DatasetError, "load_spec reads one")
+    folder = path_from(folder, "folder", DatasetError)
+    make_folder(folder)
     check_writable(folder / part_name(0))
     with _alone(folder):
         kept = _kept(spec, folder)
@@ -348,6 +350,7 @@ def make_dataset(spec: DatasetSpec, folder: str | Path, *, workers: int | Worker
             return 0
         for preset in spec.presets:  # built once, before all workers need them at the same time
             influence_matrices(spec.pad, preset, progress=progress)
+        _check_poses(spec, parts.values())
         made = 0
         total = sum(end - first for first, end in parts.values())
         tasks = {path: PartOf(spec, part) for path, part in parts.items()}
@@ -369,13 +372,13 @@ def read_dataset(folder: str | Path, *, labels_only: bool = False, most: int | N
         most: stop after the part in which this number of presses is reached; by default read all.
 
     Raises:
-        DatasetError: there is no dataset, its files belong to different datasets, a file is damaged, or presses are
-            missing.
+        DatasetError: `folder` is no path, there is no dataset, its files belong to different datasets, a file is
+            damaged, or presses are missing.
     """
     require("dataset")
     import pyarrow as pa
 
-    folder = Path(folder)
+    folder = path_from(folder, "folder", DatasetError)
     remedy = f"Make what is missing: mjtactile dataset --spec FILE.toml --out {folder}"
     paths = sorted(folder.glob(_FILES))
     if not paths:
@@ -408,10 +411,35 @@ def read_dataset(folder: str | Path, *, labels_only: bool = False, most: int | N
     return Dataset(flat.reshape(-1, *metadata["reading_shape"]), labels, metadata)
 
 
+def _outlines(spec: DatasetSpec, part: tuple[int, int]) -> range:
+    """Indices of the outlines of a part's presses."""
+    first, end = part
+    return range(first // spec.presses_per_outline, math.ceil(end / spec.presses_per_outline))
+
+
 def _parts(spec: DatasetSpec) -> Iterator[tuple[int, int]]:
     """First press and end of every part; all parts but the last contain whole outlines."""
     per_part = math.ceil(_PRESSES_PER_PART / spec.presses_per_outline) * spec.presses_per_outline
     return ((first, min(first + per_part, spec.presses)) for first in range(0, spec.presses, per_part))
+
+
+def _check_poses(spec: DatasetSpec, parts: Iterable[tuple[int, int]]) -> None:
+    """Refuse presses that would miss a flat pad, before any is made.
+
+    Bodies that miss a curved pad are refused with the specification. With backend "mujoco", a press scene refuses
+    them.
+
+    Raises:
+        DatasetError: a body misses the pad; the message names the press and the entry.
+    """
+    from mjtactile.dataset.by_law import always_on_pad, check_on_pad
+
+    certain = all(always_on_pad(contact, spec.pad) for contact in spec.contacts)
+    if certain or spec.backend != "physics" or not spec.pad.surface.is_flat:
+        return
+    for outline in sorted({outline for part in parts for outline in _outlines(spec, part)}):
+        presses = outline_presses(spec, outline)
+        check_on_pad(_influence(spec.pad, presses.preset), presses)
 
 
 def _kept(spec: DatasetSpec, folder: Path) -> set[tuple[int, int]]:
@@ -430,7 +458,7 @@ def _kept(spec: DatasetSpec, folder: Path) -> set[tuple[int, int]]:
             continue
         if part.metadata["spec_fingerprint"] != spec.fingerprint:
             raise DatasetError(
-                f"{folder} holds a dataset of another specification or seed. Choose another folder, or delete that one."
+                f"{folder} holds a dataset of {_difference(spec, part)}. Choose another folder, or delete that one."
             )
         kept.add(part.presses)
         most = max(most, part.asked, part.presses[1])
@@ -447,6 +475,15 @@ def _kept(spec: DatasetSpec, folder: Path) -> set[tuple[int, int]]:
             f"{error} Its presses are made again; what was there is now {aside}.", DatasetWarning, stacklevel=3
         )
     return kept
+
+
+def _difference(spec: DatasetSpec, part: Part) -> str:
+    """In what a dataset differs, as words for an error message."""
+    if {**part.metadata["spec"], "presses": spec.presses} == spec.description:
+        return (
+            "the same specification, but with other mesh files: they have changed, or were not checked when it was made"
+        )
+    return "another specification or seed"
 
 
 def _least_asked(path: Path) -> int:

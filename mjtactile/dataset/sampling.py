@@ -56,8 +56,7 @@ def stream(seed: int, kind: int, index: int) -> np.random.Generator:
 def outline_presses(spec: DatasetSpec, index: int) -> OutlinePresses:
     """The presses of one outline of a dataset."""
     rng = stream(spec.seed, _OUTLINE, index)
-    weights = np.array([contact.weight for contact in spec.contacts])
-    contact = spec.contacts[rng.choice(len(weights), p=weights / weights.sum())]
+    contact = spec.contacts[rng.choice(len(spec.contacts), p=_shares(spec.contacts))]
     first = index * spec.presses_per_outline
     return OutlinePresses(
         first=first,
@@ -69,6 +68,17 @@ def outline_presses(spec: DatasetSpec, index: int) -> OutlinePresses:
         free=bool(rng.random() < spec.free),
         poses=tuple(_pose(spec, contact, index * spec.poses + k) for k in range(spec.poses)),
     )
+
+
+def _shares(contacts: tuple[ContactSpec, ...]) -> Array:
+    """Share of each kind of contact among the presses [-], (kinds,)."""
+    weights = np.array([contact.weight for contact in contacts])
+    with np.errstate(over="ignore"):
+        total = weights.sum()
+    if not np.isfinite(total):  # only then, since the division rounds, and presses must stay what they were
+        weights = weights / weights.max()
+        total = weights.sum()
+    return weights / total
 
 
 def _pose(spec: DatasetSpec, contact: ContactSpec, index: int) -> PosePresses:

@@ -5,17 +5,19 @@ Lengths are metres. A shape at size 1 has the dimensions given here; sizes multi
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Callable
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import numpy as np
 from shapely import MultiPolygon, Polygon, affinity
 
+from mjtactile._files import unusable, why_unread
 from mjtactile._types import Array
 from mjtactile.errors import IndenterError
-from mjtactile.geometry.indenter import Indenter, body_name, mesh_indenter, sphere
+from mjtactile.geometry.indenter import MOST_BYTES, Indenter, body_name, mesh_indenter, sphere
 from mjtactile.geometry.outlines import INDENTER_NAMES, ellipse, punch_outline
 from mjtactile.geometry.solid import extrude
 
@@ -48,7 +50,6 @@ _OWN = {"disc": lambda: ellipse(DISC_RADIUS, DISC_RADIUS), "hexagon": _hexagon, 
 SHAPE_NAMES: tuple[str, ...] = (*INDENTER_NAMES, *_OWN, "sphere")
 
 
-@cache
 def shape_face(shape: str) -> Polygon | MultiPolygon | None:
     """Outline of a shape's flat face at size 1, about its origin [m]; None for the sphere.
 
@@ -60,12 +61,45 @@ def shape_face(shape: str) -> Polygon | MultiPolygon | None:
     """
     if shape == "sphere":
         return None
-    if shape in _OWN:
-        return _OWN[shape]()
-    if shape in INDENTER_NAMES:
-        return punch_outline(shape)
-    if not Path(shape).suffix:
+    return _named_face(shape) if shape in SHAPE_NAMES else _mesh_face(shape, mesh_digest(shape))
+
+
+def mesh_digest(shape: str) -> str:
+    """SHA-256 of the content of a shape's mesh file, 64 hexadecimal digits.
+
+    Args:
+        shape: the path of a mesh file.
+
+    Raises:
+        IndenterError: there is no such shape, or the file cannot be read.
+    """
+    path = Path(shape)
+    if not path.suffix:
         raise IndenterError(f"shape '{shape}' does not exist. Available: {list(SHAPE_NAMES)}, or a mesh file.")
+    try:
+        found = unusable(path)
+        if found is None:
+            with path.open("rb") as file:  # larger files are no indenters
+                return hashlib.sha256(file.read(MOST_BYTES + 1)).hexdigest()
+        why = f"it is {found}"
+    except (OSError, ValueError) as error:
+        why = why_unread(error)
+    raise IndenterError(f"cannot read the mesh file {path}: {why}. Give the path of one, such as an STL file.")
+
+
+def shape_from(shape: str, folder: Path) -> str:
+    """A shape as it stands in a file: the path of a mesh file is relative to the folder."""
+    return str(folder / shape) if shape not in SHAPE_NAMES and Path(shape).suffix else shape
+
+
+@cache
+def _named_face(shape: str) -> Polygon:
+    return _OWN[shape]() if shape in _OWN else punch_outline(shape)
+
+
+@lru_cache(maxsize=64)
+def _mesh_face(shape: str, digest: str) -> Polygon | MultiPolygon:
+    """Outline of a mesh's face; of another one once the file has changed, and with it the digest."""
     outline = mesh_indenter(shape).outline
     if outline is None:
         raise IndenterError(f"{shape} has no flat face. Expected a punch whose lowest face is flat.")

@@ -14,11 +14,11 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from mjtactile._files import read_text, why_unread
+from mjtactile._files import path_from, read_text, why_unread
 from mjtactile.contact.options import LAWS
 from mjtactile.contact.tangentials import WITHOUT_FRICTION
 from mjtactile.dataset.hardware import transducer_for
-from mjtactile.dataset.shapes import shape_face
+from mjtactile.dataset.shapes import SHAPE_NAMES, mesh_digest, shape_face, shape_from
 from mjtactile.errors import DatasetError, PadError, shortened
 from mjtactile.fidelity import DEFAULT, PRESETS
 from mjtactile.pad import Pad
@@ -38,7 +38,7 @@ MOST_FORCE = 10_000.0
 class ContactSpec:
     """One kind of contact: bodies, positions and forces."""
 
-    shapes: tuple[str, ...]  #: names of shapes.SHAPE_NAMES, or mesh files
+    shapes: tuple[str, ...]  #: names of shapes.SHAPE_NAMES, or paths of mesh files
     weight: float = 1.0  #: relative number of presses, compared with the other kinds [-]
     size: Range = (1.0, 1.0)  #: relative to the shape's own [-]
     shift: Range = (0.0, 0.0)  #: along x and along y, each [m]
@@ -64,7 +64,7 @@ class DatasetSpec:
     poses: int = 6  #: successive poses of each outline; cells of a moved outline cost a fifth of new ones
     forces: int = 4  #: successive forces at each pose; a further force at the same pose costs almost nothing
     noise: Range = (0.0, 0.0)  #: standard deviation of additive noise, relative to the press's largest reading [-]
-    transducer: dict[str, Any] | None = None  #: "name" and parameters; see hardware.py
+    transducer: dict[str, Any] | None = field(default=None, hash=False)  #: "name" and parameters; see hardware.py
     pad: Pad = field(default_factory=Pad)
 
     def __post_init__(self) -> None:
@@ -89,19 +89,31 @@ class DatasetSpec:
 
     @property
     def fingerprint(self) -> str:
-        """SHA-256 of everything but the number of presses, so that a dataset can be extended."""
+        """SHA-256 of everything but the number of presses, so that a dataset can be extended.
+
+        The contents of mesh files are included.
+
+        Raises:
+            IndenterError: a mesh file cannot be read.
+        """
         values = {name: value for name, value in self.description.items() if name != "presses"}
+        meshes = {shape for contact in self.contacts for shape in contact.shapes if shape not in SHAPE_NAMES}
+        if meshes:
+            values["meshes"] = {mesh: mesh_digest(mesh) for mesh in meshes}
         return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
 
 
 def load_spec(path: str | Path) -> DatasetSpec:
     """Read a dataset's TOML file.
 
+    Args:
+        path: of the file; names of files in it are relative to its folder.
+
     Raises:
-        DatasetError: the file cannot be read, or an entry is invalid; the message names the entry.
+        DatasetError: the path is none, the file cannot be read, or an entry is invalid; the message names the entry.
         IndenterError, PadError, TransducerError: as `parse_spec`.
     """
-    path = Path(path)
+    path = path_from(path, "path", DatasetError)
     try:
         values = tomllib.loads(read_text(path))
     except (OSError, ValueError, RecursionError) as error:
@@ -116,7 +128,7 @@ def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
 
     Args:
         values: entries of the file.
-        folder: folder that a file name in `pad` is relative to.
+        folder: folder that names of files in `pad` and `shapes` are relative to.
 
     Raises:
         DatasetError: an entry is invalid; the message names the entry.
@@ -133,7 +145,7 @@ def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
     if others:
         raise DatasetError(f"backend = {[backend, *others]}; expected one of {', '.join(BACKENDS)}.")
     spec = DatasetSpec(
-        contacts=tuple(_contact(entry) for entry in contacts),
+        contacts=tuple(_contact(entry, folder) for entry in contacts),
         presses=_count(values, "presses", 1000, most=MOST_PRESSES),
         seed=_count(values, "seed", 0, least=0, most=MOST_SEED),
         backend=backend,
@@ -167,7 +179,7 @@ def spec_from(description: dict[str, Any]) -> DatasetSpec:
     return DatasetSpec(**{**values, "contacts": contacts, "pad": pad_from(description["pad"])})
 
 
-def _contact(entry: dict[str, Any]) -> ContactSpec:
+def _contact(entry: dict[str, Any], folder: Path) -> ContactSpec:
     _refuse_unknown(
         "[[contact]]",
         entry,
@@ -178,6 +190,7 @@ def _contact(entry: dict[str, Any]) -> ContactSpec:
         raise DatasetError(
             f"[[contact]] shapes = {shortened(shapes)}; expected a list of names, for example ['star', 'sphere']."
         )
+    shapes = [shape_from(shape, folder) for shape in shapes]
     for shape in shapes:
         shape_face(shape)
     weight = entry.get("weight", float(len(shapes)))

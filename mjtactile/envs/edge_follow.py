@@ -16,7 +16,7 @@ from mjtactile.envs.finger import HOVER, FingerTask, finger_spec, press_control,
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.envs.task import Channel, Told
-from mjtactile.errors import EnvError
+from mjtactile.errors import EnvError, shortened
 from mjtactile.geometry.outlines import turned
 
 #: Speeds at full action [m/s, rad/s] and largest force [N].
@@ -97,8 +97,9 @@ class EdgeFollow(FingerTask):
     def _draw(self, rows: Rows, drawn: Sequence[np.random.Generator], options: dict[str, Any]) -> None:
         names = list(PLATES)
         name = options.pop("plate", None)
-        if (name is not None and name not in PLATES) or options:
-            raise EnvError(f"reset options plate={name!r}, {options}; expected only plate, one of {names}.")
+        known = name is None or (isinstance(name, str) and name in PLATES)
+        if not known or options:
+            raise EnvError(f"reset options plate={shortened(name)}, {options}; expected only plate, one of {names}.")
         draws = np.array(
             [
                 [

@@ -15,11 +15,15 @@ from mjtactile.envs.options import Bands, TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.envs.task import Channel, Task, Told, within
 from mjtactile.envs.touch import sensor_slice
-from mjtactile.errors import EnvError
+from mjtactile.errors import EnvError, shortened
 from mjtactile.experiments.hands.gripper import CLOSED_GAP, GRIPPER_PADS, STROKE
+from mjtactile.units import finite_number
 
 #: Ranges of the random mass [kg], which is uniform in its logarithm, and of the random friction [-], which is uniform.
 MASSES, FRICTIONS = (0.02, 0.5), (0.2, 1.2)
+#: Largest mass [kg] and friction [-] that `reset` accepts: 20 and 8 times the largest that are drawn, which no gripper
+#: of 25 N lifts and no dry surface has. With absurd ones, MuJoCo diverges.
+MOST_MASS, MOST_FRICTION = 10.0, 10.0
 #: Initial grip [N], range of the grip [N], and largest factor of its change in a step [-].
 FIRST_GRIP, GRIPS, GRIP_FACTOR = 0.1, (0.1, 25.0), 1.35
 #: Lifting speed at full action [m/s], and largest height of the hand [m].
@@ -72,7 +76,7 @@ class GraspLift(Task):
         split: "all" masses and frictions, or the alternating bands of them for "train" or "test".
         options: other options, see `Task`.
 
-    Options of `reset`: `mass` [kg] and `friction` [-]; by default they are drawn.
+    Options of `reset`: `mass` [kg] and `friction` [-], positive and at most 10 each; by default they are drawn.
     """
 
     SUMMARY = (
@@ -140,11 +144,12 @@ class GraspLift(Task):
             [[self._masses.draw(one), self._frictions.draw(one), *one.uniform(-OFFSET, OFFSET, 2)] for one in drawn]
         )
         mass, friction = options.pop("mass", None), options.pop("friction", None)
-        numbers = all(value is None or (isinstance(value, int | float) and value > 0.0) for value in (mass, friction))
-        if options or not numbers:
+        limited = ((mass, MOST_MASS), (friction, MOST_FRICTION))
+        right = all(value is None or 0.0 < finite_number(value) <= most for value, most in limited)
+        if options or not right:
             raise EnvError(
-                f"reset options mass={mass!r}, friction={friction!r}, {options}; expected only mass [kg] and friction "
-                "[-], positive numbers."
+                f"reset options mass={shortened(mass)}, friction={shortened(friction)}, {options}; expected only mass "
+                f"[kg] and friction [-], positive numbers up to {MOST_MASS:g} and {MOST_FRICTION:g}."
             )
         self._mass[rows] = np.exp(draws[:, 0]) if mass is None else mass
         self._friction[rows] = draws[:, 1] if friction is None else friction

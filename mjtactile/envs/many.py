@@ -90,7 +90,7 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         task: the task with the simulations of all environments.
 
     Raises:
-        EnvError: an option is invalid.
+        EnvError: an option is invalid, or the task is none.
     """
 
     def __init__(
@@ -108,6 +108,7 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
     ) -> None:
         check_render_mode(render_mode)
         check_picture(width, height)
+        kind = task_of(kind)
         self.task = kind(simulate=lambda model: BatchSimulations(model, num_envs, threads), **options)
         self.num_envs, self.autoreset_mode, self.render_mode = num_envs, autoreset_mode, render_mode
         self.metadata = {**TactileEnv.metadata, "autoreset_mode": autoreset_mode}

@@ -42,13 +42,14 @@ class TouchOptions:
 
     def __post_init__(self) -> None:
         """Refuse options that do not exist."""
-        if self.observation not in OBSERVATIONS:
+        if not (isinstance(self.observation, str) and self.observation in OBSERVATIONS):
             raise EnvError(f"observation = {self.observation!r} does not exist. Available: {', '.join(OBSERVATIONS)}.")
         try:
             as_fidelity(self.fidelity)
         except PresetError as error:
             raise EnvError(str(error)) from error
-        if self.transducer is not None and self.transducer not in TRANSDUCERS:
+        known = self.transducer is None or (isinstance(self.transducer, str) and self.transducer in TRANSDUCERS)
+        if not known:
             raise EnvError(
                 f"transducer = {self.transducer!r} does not exist. Available: {', '.join(TRANSDUCERS)}, or None."
             )
@@ -140,7 +141,7 @@ class Bands:
     """
 
     def __init__(self, low: float, high: float, *, split: str, count: int = 7) -> None:
-        if split not in SPLITS:
+        if not (isinstance(split, str) and split in SPLITS):
             raise EnvError(f"split = {split!r} does not exist. Available: {', '.join(SPLITS)}.")
         self._low, self._width = low, (high - low) / count
         self._bands = {"all": np.arange(count), "train": np.arange(0, count, 2), "test": np.arange(1, count, 2)}[split]

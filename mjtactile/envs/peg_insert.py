@@ -14,8 +14,9 @@ from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.envs.task import Channel, Task, Told, within
 from mjtactile.envs.touch import sensor_slice
-from mjtactile.errors import EnvError
+from mjtactile.errors import EnvError, shortened
 from mjtactile.experiments.hands.gripper import CLOSED_GAP, GRIPPER_PADS
+from mjtactile.units import real_numbers
 
 #: Half the peg's width, its length below the handle's middle, and the clearance of the hole [m].
 PEG, LENGTH, CLEARANCE = 4e-3, 0.03, 6e-4
@@ -109,13 +110,12 @@ class PegInsert(Task):
     def _draw(self, rows: Rows, drawn: Sequence[np.random.Generator], options: dict[str, Any]) -> None:
         holes = np.array([one.uniform(-OFFSET, OFFSET, 2) for one in drawn])
         asked = options.pop("hole", None)
-        try:
-            hole = holes if asked is None else np.asarray(asked, dtype=float)
-        except (TypeError, ValueError):
-            hole = np.empty(0)  # refused below
-        right = asked is None or (hole.shape == (2,) and (np.abs(hole) <= REACH).all())
+        hole = holes if asked is None else real_numbers(asked)
+        right = hole is not None and (asked is None or (hole.shape == (2,) and (np.abs(hole) <= REACH).all()))
         if not right or options:
-            raise EnvError(f"reset options hole={asked}, {options}; expected only hole, (x, y) within {REACH} m.")
+            raise EnvError(
+                f"reset options hole={shortened(asked)}, {options}; expected only hole, (x, y) within {REACH} m."
+            )
         self.simulation.field("body_pos")[rows, self._block, :2] = hole
         self._target[rows], self._grip[rows], self._deepest[rows] = 0.0, FIRST_GRIP, 0.0
 

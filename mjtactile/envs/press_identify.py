@@ -14,7 +14,7 @@ from mjtactile.envs.finger import HOVER, FingerTask, finger_spec, press_control,
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.envs.task import Channel, Told, within
-from mjtactile.errors import EnvError
+from mjtactile.errors import EnvError, shortened
 from mjtactile.geometry.indenter import punch
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.sim.mjcf import indenter_mjcf
@@ -80,9 +80,11 @@ class PressIdentify(FingerTask):
 
     def _draw(self, rows: Rows, drawn: Sequence[np.random.Generator], options: dict[str, Any]) -> None:
         name = options.pop("shape", None)
-        if (name is not None and name not in INDENTER_NAMES) or options:
+        known = name is None or (isinstance(name, str) and name in INDENTER_NAMES)
+        if not known or options:
             raise EnvError(
-                f"reset options shape={name!r}, {options}; expected only shape, one of {', '.join(INDENTER_NAMES)}."
+                f"reset options shape={shortened(name)}, {options}; expected only shape, one of "
+                f"{', '.join(INDENTER_NAMES)}."
             )
         for row, one in zip(rows, drawn, strict=True):
             self._shape[row] = one.integers(len(INDENTER_NAMES))

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import gymnasium
 
+from mjtactile.errors import EnvError, shortened
+
 if TYPE_CHECKING:
     from mjtactile.envs.task import Task
 
@@ -35,14 +37,19 @@ def task_of(task: str | type[Task]) -> type[Task]:
     """The task of an environment's id; a task is returned unchanged.
 
     Raises:
-        EnvError: there is no such id.
+        EnvError: there is no such id, or it is no task.
     """
-    if not isinstance(task, str):
-        return task
-    if task not in ENTRY_POINTS:
-        # Imported here, so that registering does not import SciPy.
-        from mjtactile.errors import EnvError
+    # Imported here, so that registering does not import SciPy.
+    from mjtactile.envs.task import Task
 
+    if isinstance(task, type) and issubclass(task, Task):
+        return task
+    if not isinstance(task, str):
+        raise EnvError(
+            f"task = {shortened(task)}; expected the id of an environment, one of {', '.join(ENTRY_POINTS)}, or a "
+            "subclass of mjtactile.envs.Task."
+        )
+    if task not in ENTRY_POINTS:
         raise EnvError(f"environment {task!r} does not exist in mjtactile. Available: {', '.join(ENTRY_POINTS)}.")
     module, name = ENTRY_POINTS[task].split(":")
     return getattr(import_module(module), name)

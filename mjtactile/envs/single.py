@@ -32,7 +32,7 @@ def check_render_mode(render_mode: str | None) -> None:
     Raises:
         EnvError: the mode does not exist or does not work here.
     """
-    if render_mode is not None and render_mode not in render_modes():
+    if render_mode is not None and not (isinstance(render_mode, str) and render_mode in render_modes()):
         raise EnvError(
             f"render_mode = {render_mode!r} does not work here. Available: {', '.join(render_modes())}, or None. "
             "'human' needs a display."

@@ -21,6 +21,7 @@ from mjtactile.envs.options import TouchOptions, refuse_unknown, reset_options
 from mjtactile.envs.simulation import Rows, Simulations, SingleSimulation
 from mjtactile.envs.touch import PadObserver
 from mjtactile.errors import EnvError
+from mjtactile.units import real_numbers
 
 Observation = dict[str, npt.NDArray[np.float32]]
 #: Infos by name, each of shape (n,).
@@ -196,16 +197,14 @@ class Task(ABC):
         if self.steps.min() < 0:
             raise EnvError("no episode has begun: reset first.")
         shape = (self.simulation.count, len(self.ACTIONS))
-        try:
-            given = np.asarray(actions, dtype=float)
-        except (TypeError, ValueError):
-            given = np.empty(0)  # refused below
-        if given.shape != shape or not np.isfinite(given[rows]).all():
+        given = real_numbers(actions)
+        if given is None or given.shape != shape or not np.isfinite(given[rows]).all():
             raise EnvError(
                 f"action = {actions}; expected {shape[1]} finite numbers from -1 to 1: "
                 f"{', '.join(channel.name for channel in self.ACTIONS)}"
                 f"{f', for each of {shape[0]} environments' if shape[0] > 1 else ''}."
             )
+        given = given.astype(float)
         if len(rows) < len(given):
             # Environments that do not advance get valid numbers.
             running = np.zeros_like(given)

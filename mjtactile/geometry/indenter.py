@@ -206,6 +206,8 @@ def cylinder(radius: float, length: float, axis: Literal["x", "y", "z"] = "x") -
     """
     _require_positive("radius", radius)
     _require_positive("length", length)
+    if not (isinstance(axis, str) and axis in ("x", "y", "z")):
+        raise IndenterError(f"axis = {shortened(axis)}; expected 'x', 'y' or 'z'.")
     size = (radius, length / 2)
     if axis == "z":
         outline = ellipse(radius, radius)
@@ -215,8 +217,6 @@ def cylinder(radius: float, length: float, axis: Literal["x", "y", "z"] = "x") -
             outline=outline,
             primitive=Primitive("cylinder", size, length / 2),
         )
-    if axis not in ("x", "y"):
-        raise IndenterError(f"axis = {axis!r}; expected 'x', 'y' or 'z'.")
     direction = (1.0, 0.0, 0.0) if axis == "x" else (0.0, 1.0, 0.0)
     solid = trimesh.creation.cylinder(radius=radius, height=length, sections=SIDES)
     solid.apply_transform(trimesh.geometry.align_vectors([0, 0, 1], direction))

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mjtactile._files import path_from
 from mjtactile._types import Array
-from mjtactile.errors import CorruptInfluenceError, InfluenceError, of_type
+from mjtactile.errors import CorruptInfluenceError, InfluenceError, OutputError, of_type
 from mjtactile.fem.mesh import warn_if_coarser
 from mjtactile.fem.stress import DEVIATORIC_COUNT, stress_tensor, von_mises
 from mjtactile.fem.symmetry import unfold_field, unfold_points
@@ -173,9 +174,9 @@ class InfluenceMatrices(PadTables):
         """Write the matrices and a description of pad and fidelity to a file, completely or not at all.
 
         Raises:
-            OSError: the file cannot be written.
+            OutputError: it is no path, or the file cannot be written.
         """
-        write_tables(Path(path), self.tables, influence_metadata(self.pad, self.fidelity))
+        write_tables(path_from(path, "path", OutputError), self.tables, influence_metadata(self.pad, self.fidelity))
 
     def _folded(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> tuple[FoldedLoads, bool]:
         """Loads split into classes, on the nodes that have columns, and whether a single load was given."""
@@ -213,6 +214,7 @@ def load_influence(
 
     Raises:
         FileNotFoundError: there is no such file.
+        InfluenceError: `path` is no path.
         CorruptInfluenceError: the file is damaged, not an influence table, or lacks an array its fidelity needs.
         StaleInfluenceError: the file is for another pad, mesh, storage or format version.
         PresetError: there is no such fidelity.
@@ -237,12 +239,14 @@ def read_influence(
 
     Raises:
         FileNotFoundError: there is no such file.
+        InfluenceError: `path` is no path.
         CorruptInfluenceError: the file is damaged, not an influence table, or lacks an array its fidelity needs.
         StaleInfluenceError: the file is for another pad, mesh, storage or format version.
         PresetError: there is no such fidelity.
     """
-    tables, metadata = read_tables(Path(path))
-    pad, chosen = check_provenance(path, metadata, pad, fidelity)
+    file = path_from(path, "path", InfluenceError)
+    tables, metadata = read_tables(file)
+    pad, chosen = check_provenance(file, metadata, pad, fidelity)
     influence = InfluenceMatrices(pad, chosen, tables)
     try:
         influence.check()

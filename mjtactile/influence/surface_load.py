@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from shapely import MultiPolygon, Polygon
@@ -104,7 +104,7 @@ class SurfaceLoad:
         return SurfaceLoad(
             self.forces + other.forces,
             self.surface,
-            lambda: areal(self.contact.union(other.contact)),
+            partial(_joined_contact, self, other),
             self.residual_force + other.residual_force,
             self.residual_moment + other.residual_moment,
             ContactState(
@@ -131,8 +131,14 @@ class SurfaceLoad:
 
         Raises:
             FootprintError: the outline is not a valid area, or does not overlap the pad.
-            ContactError: the traction has another shape, or is not finite; or `influence` are no influence matrices.
+            ContactError: the traction is no function, has another shape, or is not finite; or `influence` are no
+                influence matrices.
         """
+        if not callable(traction):
+            raise ContactError(
+                f"traction is of type {type(traction).__name__}; expected a function of points and normals, such as "
+                "lambda points, normals: -1e4 * normals for a pressure of 10 kPa."
+            )
         cure = "influence_matrices(pad) makes them"
         surface = of_type(PadTables, "influence", influence, ContactError, cure).surface
         area = area_on_sheet(outline, surface.bounds)
@@ -141,6 +147,21 @@ class SurfaceLoad:
         return cls(found.forces, surface, area, state=state)
 
     @classmethod
-    def none(cls, surface: SurfaceGrid) -> SurfaceLoad:
-        """A load without tractions."""
-        return cls(np.zeros((*surface.node_shape, 3)), surface, Polygon(), state=ContactState(stick_area=0.0))
+    def none(
+        cls, surface: SurfaceGrid, residual_force: Array | None = None, residual_moment: Array | None = None
+    ) -> SurfaceLoad:
+        """A load without tractions.
+
+        Args:
+            surface: the grid.
+            residual_force: a given force, none of which is carried [N], shape (3,); None for no force.
+            residual_moment: its moment about the pad's origin [N m], shape (3,); None for no moment.
+        """
+        left_force, left_moment = (np.zeros(3) if one is None else one for one in (residual_force, residual_moment))
+        nodal = np.zeros((*surface.node_shape, 3))
+        return cls(nodal, surface, Polygon(), left_force, left_moment, ContactState(stick_area=0.0))
+
+
+def _joined_contact(one: SurfaceLoad, other: SurfaceLoad) -> Area:
+    """The area that carries pressure under either load; a function by name, so that sums of loads can be pickled."""
+    return areal(one.contact.union(other.contact))

@@ -11,12 +11,20 @@ import json
 import os
 import time
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile._files import METADATA, check_arrays, check_header, has_no_checksums, replacing, with_checksums
+from mjtactile._files import (
+    METADATA,
+    check_arrays,
+    check_header,
+    has_no_checksums,
+    make_folder,
+    with_checksums,
+    write_atomically,
+)
 from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError, StaleInfluenceError
 from mjtactile.fem.stiffness import Parity
@@ -39,6 +47,9 @@ _HEADER_LENGTH_BYTES = 8
 _whole: set[tuple[int, ...]] = set()
 #: A file changed less than this ago is verified again, because time stamps of file systems are coarse [s].
 _SETTLED = 2.0
+#: Characters of a table's name in that of its partial file: names in the cache are shorter, and longer ones leave room
+#: for the rest of the partial file's name.
+_NAMED = 50
 
 
 def table_name(kind: str, parity: Parity, sensing_layer: int | None = None) -> str:
@@ -50,22 +61,28 @@ def table_name(kind: str, parity: Parity, sensing_layer: int | None = None) -> s
 def write_tables(path: Path, tables: Tables, metadata: dict[str, Any]) -> None:
     """Write arrays, JSON metadata and checksums of both to a file that appears complete or not at all.
 
+    The folder is made if necessary. Links are followed.
+
     Raises:
-        OSError: the folder cannot be written or the disk is full; no partial file remains.
+        OutputError: the folder cannot be written, the disk is full, or the path is write-protected, no regular file or
+            no valid file name; no partial file remains.
     """
     from safetensors.numpy import save_file
 
     tables = {name: np.ascontiguousarray(table) for name, table in tables.items()}
     about = with_checksums(tables, json.dumps(metadata))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    # The prefix names the table, so that the cache can remove the partial files of processes that were killed.
-    with replacing(path, prefix=f".{path.stem}-") as file:
+    make_folder(path.parent)
+
+    def write(file: IO[bytes]) -> None:
         try:
             save_file(tables, file.name, metadata=about)
         except OSError:
             raise
         except Exception as error:  # safetensors wraps a full disk in an error class of its own
-            raise OSError(f"cannot write {path}: {error}") from error
+            raise OSError(str(error)) from error
+
+    # The prefix names the table, so that the cache can remove the partial files of processes that were killed.
+    write_atomically(path, write, prefix=f".{path.stem[:_NAMED]}-")
 
 
 def read_tables(path: Path) -> tuple[Tables, dict[str, Any]]:

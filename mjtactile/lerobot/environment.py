@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +51,7 @@ class LeRobotRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
         self._words = task or " ".join(inner.task.SUMMARY.split())
         self._scale = _READINGS[inner.task.options.observation]
         self._frames: list[dict[str, Any]] = []
-        self._seen: Observation | None = None
+        self._seen: dict[str, npt.NDArray[Any]] | None = None
         rate = 1.0 / inner.task.period
         if abs(rate - round(rate)) > 1e-6:
             raise DatasetError(f"the environment acts at {rate:.6g} Hz; LeRobotDataset needs a whole number of hertz.")
@@ -63,29 +64,38 @@ class LeRobotRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
     def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; an unfinished episode is dropped."""
         seen, told = self.env.reset(**options)
-        self._seen, self._frames = seen, []
+        self._seen, self._frames = self._kept(seen), []
         return seen, told
 
     def step(self, action: npt.NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Step the environment and record the previous observation, the action and the reward."""
-        before = self._seen
+        before, acted = self._seen, deepcopy(action)  # the caller's array may change
         seen, reward, terminated, truncated, told = self.env.step(action)
         if before is not None:
-            own = {"observation.state": before["proprioception"], "action": np.asarray(action, np.float32)}
             ends = {"next.reward": float(reward), "next.done": terminated or truncated}
             ends |= {"next.success": bool(told.get("success", False))}
-            self._frames.append({**own, **ends, "tactile": before["tactile"] * self._scale})
-        self._seen = seen
+            self._frames.append({**before, "action": np.asarray(acted, np.float32), **ends})
+        self._seen = self._kept(seen)
         if terminated or truncated:
             self._save()
         return seen, reward, terminated, truncated, told
 
     def close(self) -> None:
-        """Write the dataset and close the environment; further calls have no effect."""
-        if not self._closed:
-            self._closed = True
-            self._writer.__exit__(None, None, None)
-        self.env.close()
+        """Write the dataset and close the environment; further calls have no effect.
+
+        Raises:
+            DatasetError: no episode was finished; the environment is closed all the same.
+        """
+        try:
+            if not self._closed:
+                self._closed = True
+                self._writer.__exit__(None, None, None)
+        finally:
+            self.env.close()
+
+    def _kept(self, seen: Observation) -> dict[str, npt.NDArray[Any]]:
+        """State and readings [Pa] of an observation; copies, because callers may write into their own arrays."""
+        return {"observation.state": np.array(seen["proprioception"]), "tactile": seen["tactile"] * self._scale}
 
     def _features(self, rate: int) -> dict[str, Feature]:
         task = self._inner.task

@@ -22,10 +22,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile._files import PARTIAL, write_atomically
-from mjtactile.errors import DatasetError
+from mjtactile._files import PARTIAL, make_folder, path_from, write_atomically
+from mjtactile.errors import DatasetError, of_type, shortened
 from mjtactile.lerobot.features import Feature
 from mjtactile.lerobot.statistics import Statistics, column_statistics, joined
+from mjtactile.units import finite_number
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -55,38 +56,44 @@ class LeRobotWriter:
         robot: name of the robot.
 
     Raises:
-        DatasetError: the folder exists, or the format does not allow a name or the rate.
+        DatasetError: the folder is no path or exists, or the format does not allow a name or the rate.
     """
 
     def __init__(
         self, folder: str | Path, *, fps: int, features: Mapping[str, Feature], robot: str | None = None
     ) -> None:
-        folder = Path(folder)
+        folder = path_from(folder, "folder", DatasetError)
         if folder.exists():
             raise DatasetError(f"{folder} exists already. Name a folder that does not exist, or delete that one.")
-        if fps != int(fps) or fps < 1:
-            raise DatasetError(f"fps = {fps}; LeRobotDataset takes whole numbers of frames per second, at least 1.")
+        rate = finite_number(fps)
+        if not (rate >= 1.0 and rate.is_integer()):
+            raise DatasetError(
+                f"fps = {shortened(fps)}; LeRobotDataset takes whole numbers of frames per second, at least 1."
+            )
         if unknown := [name for name in features if name in _OWN or "/" in name]:
             raise DatasetError(
                 f"a feature cannot be called {unknown[0]!r}: the name is reserved or has a slash. Choose another."
             )
         self._folder, self._partial = folder, folder.with_name(folder.name + PARTIAL)
-        self._fps, self._robot = int(fps), robot
+        self._fps, self._robot = int(rate), robot
         self._features = {**features, **_OWN}
         self._tasks: dict[str, int] = {}
         self._episodes: list[dict[str, Any]] = []
         self._statistics: dict[str, Statistics] = {}
         self._frames, self._file, self._written = 0, 0, 0
         self._open: Any = None
+        self._entered = False
 
     def __enter__(self) -> LeRobotWriter:
         shutil.rmtree(self._partial, ignore_errors=True)  # left by a killed process
-        self._partial.mkdir(parents=True)
+        make_folder(self._partial)
+        self._entered = True
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self._entered = False
         try:
             self._close_file()
             if kind is None:
@@ -99,13 +106,19 @@ class LeRobotWriter:
 
         Args:
             columns: values by feature, (frames, *shape of the feature) each; (frames,) is accepted for (frames, 1).
+                Values are rounded to float32, but not to integers.
             task: description of the task.
 
         Raises:
-            DatasetError: a column is missing, unknown or of another shape, or there are no frames.
+            DatasetError: a column is missing, unknown, of another shape, or has values that its feature's type cannot
+                hold; there are no frames; or the writer is not open.
         """
         import pyarrow as pa
 
+        if not self._entered:
+            raise DatasetError(
+                "the writer is not open. Add episodes in its block: with LeRobotWriter(...) as writer: ..."
+            )
         checked = self._checked(columns)
         frames = len(next(iter(checked.values())))
         number = self._tasks.setdefault(task, len(self._tasks))
@@ -131,26 +144,28 @@ class LeRobotWriter:
         self._statistics = {name: joined(before[name], one) if before else one for name, one in found.items()}
 
     def _checked(self, columns: Mapping[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+        of_type(Mapping, "columns", columns, DatasetError, "values by feature")
         wanted = self._features.keys() - _OWN.keys()
         if wanted != columns.keys():
             raise DatasetError(
                 f"an episode has columns {sorted(columns)}, but the dataset has features {sorted(wanted)}. Give one "
                 "column per feature."
             )
-        frames = {len(values) for values in columns.values()}
+        arrays = {name: _numbers(name, values) for name, values in columns.items()}
+        frames = {len(values) for values in arrays.values()}
         if len(frames) != 1 or 0 in frames:
             raise DatasetError(
                 f"an episode's columns have {sorted(frames)} frames; expected the same number in each, at least 1."
             )
         checked = {}
-        for name, values in columns.items():
+        for name, values in arrays.items():
             feature = self._features[name]
             shaped = values[:, None] if values.ndim == 1 and feature.shape == (1,) else values
             if shaped.shape[1:] != feature.shape:
                 raise DatasetError(
                     f"column {name!r} has entries of shape {shaped.shape[1:]}; expected {feature.shape}."
                 )
-            checked[name] = shaped.astype(feature.dtype)
+            checked[name] = _converted(name, shaped, feature.dtype)
         return checked
 
     def _own_columns(self, frames: int, task: int) -> dict[str, npt.NDArray[Any]]:
@@ -223,6 +238,49 @@ class LeRobotWriter:
             "features": {name: feature.description for name, feature in self._features.items()},
             "mjtactile": {"version": __version__},
         }
+
+
+def _numbers(name: str, values: npt.ArrayLike) -> npt.NDArray[Any]:
+    """The values of a column as an array of numbers with at least one axis.
+
+    Raises:
+        DatasetError: they are not.
+    """
+    try:
+        array = np.asarray(values)
+    except (TypeError, ValueError):  # lists of different lengths
+        array = np.asarray(None)
+    if array.ndim == 0 or array.dtype.kind not in "fiub":
+        raise DatasetError(
+            f"column {name!r} is {shortened(values)}; expected an array of numbers with one entry per frame."
+        )
+    return array
+
+
+def _converted(name: str, values: npt.NDArray[Any], dtype: str) -> npt.NDArray[Any]:
+    """A column's values in its feature's type; floating-point numbers are rounded, but integers are exact.
+
+    Raises:
+        DatasetError: the type cannot hold a value.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        converted = values.astype(dtype)
+    if converted.dtype == values.dtype:
+        return converted
+    if dtype == "float32":
+        held = np.isfinite(converted) | ~np.isfinite(values)
+    elif dtype == "bool":
+        held = (values == 0) | (values == 1)
+    elif values.dtype.kind == "f":  # the limits of int64 as exact floating-point numbers
+        held = (values >= -(2.0**63)) & (values < 2.0**63) & (np.floor(values) == values)
+    else:
+        held = values <= np.iinfo(dtype).max
+    if not np.all(held):
+        raise DatasetError(
+            f"column {name!r} has a value of {values[~held].flat[0]}, which its feature's type {dtype} cannot hold. "
+            "Give other values, or make it a feature of another type."
+        )
+    return converted
 
 
 def _array(values: npt.NDArray[Any], feature: Feature) -> pa.Array:

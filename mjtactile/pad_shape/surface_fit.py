@@ -18,9 +18,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from mjtactile._files import why_unread
 from mjtactile._types import Array, Indices
-from mjtactile.errors import PadError
+from mjtactile.errors import PadError, shortened
 from mjtactile.pad_shape.surfaces import SurfacePatch, positive_number
+from mjtactile.units import real_numbers
 
 if TYPE_CHECKING:
     import trimesh
@@ -41,6 +43,9 @@ _CREASE = 30.0
 _LEAST_SMOOTHING = 1e-6
 #: Largest distance between patch and mesh over the rectangle's width [-]; a larger one means a step, an edge or a fold.
 _MOST_DEVIATION = 0.02
+#: Largest distance of a frame's origin from the mesh over the rectangle's width [-]: half a millimetre on 10 mm. Frames
+#: placed by eye, or those of a drawing on a scan, are off by less; one in a finger's middle or on another side by more.
+_MOST_OFFSET = 0.05
 #: Largest extent of a mesh [m]; a larger one is probably not in metres.
 _LARGEST_MESH = 5.0
 _SCALE = "metres per unit of the mesh: 1e-3 for millimetres"
@@ -61,7 +66,8 @@ def fitted_patch(
     Args:
         mesh: file that trimesh reads, or a mesh.
         size: width of the rectangle along (x, y) of the frame [m].
-        frame: pose (4, 4) of the rectangle's frame in the mesh's frame, in metres; None for the mesh's own frame.
+        frame: pose (4, 4) of the rectangle's frame in the mesh's frame, in metres; None for the mesh's own frame. Its
+            origin is on the mesh, or off it by at most a twentieth of the rectangle's width.
         scale: metres per unit of the mesh.
         smoothing: allowed root mean square distance between patch and mesh [m]; None for a tenth of the distance by
             which hits were moved off their facets.
@@ -71,8 +77,8 @@ def fitted_patch(
 
     Raises:
         FileNotFoundError: when there is no such file.
-        PadError: when the mesh cannot be read, has a hole under the rectangle, or is not smooth there; the message says
-            where.
+        PadError: when the mesh cannot be read, has a hole under the rectangle, or is not smooth there, or the frame is
+            off it; the message says where.
     """
     triangles = _triangles_in_frame(mesh, frame, scale)
     lines = [_ray_line(triangles[..., axis], extent) for axis, extent in enumerate(size)]
@@ -84,7 +90,11 @@ def fitted_patch(
         facets = float(np.sqrt(np.mean((raised - heights) ** 2)))
         smoothing = max(_OF_FACETS * facets, _LEAST_SMOOTHING * max(size))
     else:
-        smoothing = positive_number("smoothing", smoothing, "a positive length in metres, such as 1e-5")
+        expected = "a positive length in metres, such as 1e-5, up to the pad's width"
+        number = positive_number("smoothing", smoothing, expected)
+        if number > max(size):
+            raise PadError(f"smoothing = {number:g}; expected {expected}, {max(size):g} m.")
+        smoothing = number
     patch = _spline(lines, raised, float(smoothing))
     return _measured(patch, lines, heights, size)
 
@@ -97,7 +107,14 @@ def _triangles_in_frame(mesh: Any, frame: npt.ArrayLike | None, scale: float) ->
     if isinstance(mesh, str | Path):
         path = Path(mesh)
         name = str(path)
-        if not path.is_file():
+        try:
+            found = path.is_file()
+        except OSError as error:  # such as a name too long for any file
+            raise PadError(
+                f"{shortened(name)} cannot be read as a mesh: {why_unread(error)}. Give the file of one, such as an "
+                "STL."
+            ) from error
+        if not found:
             raise FileNotFoundError(f"{path} is no file. Give the file of a mesh, such as an STL.")
         try:
             mesh = trimesh.load(path, force="mesh", process=False)  # processing drops facets with NaN silently
@@ -121,10 +138,9 @@ def _triangles_in_frame(mesh: Any, frame: npt.ArrayLike | None, scale: float) ->
         )
     if frame is None:
         return corners
-    try:
-        pose = np.asarray(frame, dtype=float)
-    except (TypeError, ValueError):
-        raise PadError(f"frame = {str(frame)[:60]!r}; expected a pose (4, 4) of numbers.") from None
+    pose = real_numbers(frame)
+    if pose is None:
+        raise PadError(f"frame = {str(frame)[:60]!r}; expected a pose (4, 4) of numbers.")
     if pose.shape != (4, 4) or not np.isfinite(pose).all():
         raise PadError(f"frame has shape {pose.shape}; expected a pose (4, 4) with finite numbers.")
     axes = pose[:3, :3]
@@ -175,13 +191,14 @@ def _top_heights(triangles: Array, x: Array, y: Array) -> tuple[Array, Indices]:
 
 
 def _refuse_far_surface(heights: Array, size: tuple[float, float]) -> None:
-    """Refuse a frame whose origin is far from the surface, as with a mesh that is upside down."""
+    """Refuse a frame whose origin is off the surface, as with one in a body's middle, or a mesh that is upside down."""
     middle = float(heights[heights.shape[0] // 2, heights.shape[1] // 2])
-    if abs(middle) > max(size) / 2:
+    if abs(middle) > _MOST_OFFSET * max(size):
         raise PadError(
             f"over the frame's origin the mesh's upper side stands at z = {1e3 * middle:.4g} mm, but the origin is the "
-            f"middle of the pad's surface. Move the frame by {1e3 * middle:.4g} mm along its z. If that is the wrong "
-            "side of the mesh, it is upside down: z points out of the finger."
+            f"middle of the pad's surface and may be off it by {1e3 * _MOST_OFFSET * max(size):.4g} mm. Move the frame "
+            f"by {1e3 * middle:.4g} mm along its z. If that is the wrong side of the mesh, it is upside down: z points "
+            "out of the finger."
         )
 
 

@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from mjtactile._types import Array
 from mjtactile.errors import PadError, shortened
-from mjtactile.units import finite_number, is_whole
+from mjtactile.units import finite_number, is_whole, real_numbers
 
 #: Largest slope of a surface against the plane z = 0 [deg].
 MOST_SLOPE = 60.0
@@ -382,11 +382,12 @@ class SurfacePatch(Surface):
 
     def __post_init__(self) -> None:
         """Normalise number types and refuse values that do not form a spline."""
-        try:
-            knots = [np.asarray(line, dtype=float) for line in (self.knots_x, self.knots_y)]
-            values = np.asarray(self.coefficients, dtype=float)
-        except (TypeError, ValueError):
-            raise PadError("knots and coefficients of a surface patch must be numbers in metres.") from None
+        given = [real_numbers(one) for one in (self.knots_x, self.knots_y, self.coefficients)]
+        # Zero without a sign: equal patches would have different descriptions otherwise.
+        numbers = [one.astype(float) + 0.0 for one in given if one is not None]
+        if len(numbers) < len(given):
+            raise PadError("knots and coefficients of a surface patch must be numbers in metres.")
+        *knots, values = numbers
         degree = self.degree
         if not (is_whole(degree) and 3 <= degree <= 7):
             raise PadError(f"degree = {shortened(degree)} of a surface patch; expected a whole number from 3 to 7.")

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile._files import read_text, why_unread
+from mjtactile._files import path_from, read_text, why_unread
 from mjtactile._types import Array, Indices
 from mjtactile.errors import PadError, shortened
+from mjtactile.units import real_numbers
 
 _WHAT = (
     "expected one row (x, y, z) per taxel, in metres and in the pad frame; for a grid give "
@@ -77,7 +78,7 @@ class FreeTaxels:
         Raises:
             PadError: there is no such file, or it does not contain taxels.
         """
-        path = Path(path)
+        path = path_from(path, "path", PadError)
         try:
             text = read_text(path)
         except (OSError, ValueError) as error:  # ValueError: a null character in the name, or not UTF-8
@@ -122,10 +123,11 @@ def as_taxels(value: Any) -> Any:
 
 
 def _numbers(name: str, values: npt.ArrayLike | None) -> Array:
-    try:
-        return np.asarray(values, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        raise PadError(f"taxels = {shortened(values)} have {name} that are no numbers; {_WHAT}.") from None
+    numbers = real_numbers(values)
+    if numbers is None:
+        raise PadError(f"taxels = {shortened(values)} have {name} that are no numbers; {_WHAT}.")
+    # Zero without a sign: equal pads would have different texts and fingerprints otherwise.
+    return numbers.astype(float) + 0.0
 
 
 def _refuse(wrong: Any, said: str, points: Array) -> None:

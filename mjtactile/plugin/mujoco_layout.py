@@ -26,13 +26,13 @@ _POINTER = 8
 
 #: Fields of `Layout` in native/plugin/mujoco_view.hpp, in its order.
 _FIELDS = (
-    ("mjModel", ("opt", "nsensor", "nbody", "npair", "nexclude", "body_parentid", "body_weldid", "body_mocapid", "body_pos", "body_quat",
-                 "geom_type", "geom_bodyid", "geom_contype", "geom_conaffinity",
+    ("mjModel", ("opt", "nsensor", "nbody", "npair", "nexclude", "body_parentid", "body_weldid", "body_mocapid",
+                 "body_pos", "body_quat", "geom_type", "geom_bodyid", "geom_contype", "geom_conaffinity",
                  "geom_dataid", "geom_size", "geom_pos", "geom_quat", "body_geomnum", "body_geomadr", "mesh_vertadr",
                  "mesh_vertnum", "mesh_faceadr", "mesh_facenum", "mesh_vert", "mesh_face", "mesh_pos", "mesh_quat",
                  "hfield_nrow", "hfield_ncol", "hfield_adr", "hfield_size", "hfield_data", "pair_geom1", "pair_geom2",
-                 "exclude_signature", "names", "name_geomadr", "sensor_plugin", "sensor_objtype", "sensor_objid", "sensor_adr",
-                 "plugin_stateadr")),
+                 "exclude_signature", "names", "name_geomadr", "sensor_plugin", "sensor_objtype", "sensor_objid",
+                 "sensor_adr", "plugin_stateadr")),
     ("mjOption", ("disableflags",)),
     ("mjData", ("ncon", "contact", "xpos", "xmat", "geom_xpos", "geom_xmat", "sensordata",
                 "plugin_state")),

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, overload
 
-from mjtactile.errors import RecognitionError
+from mjtactile.errors import RecognitionError, shortened
 from mjtactile.pad import Pad
 from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.force import ForceRecogniser, ForceResult
@@ -78,12 +78,19 @@ def load(
             layers.
 
     Raises:
-        RecognitionError: there is no such recogniser or shape, or its weights are for another pad.
+        RecognitionError: there is no such recogniser or shape, its weights are for another pad, or shapes are given to
+            a recogniser of forces.
     """
-    if name not in ("force", "grasp", "shape"):
+    if not (isinstance(name, str) and name in ("force", "grasp", "shape")):
         raise RecognitionError(f"recogniser {name!r} does not exist. Available: 'force', 'grasp', 'shape'.")
     if name == "grasp" and layers != "all":
         raise RecognitionError("the grasp recogniser needs all sensing layers. Leave out layers=.")
+    if not isinstance(also, Sequence) or isinstance(also, str):
+        raise RecognitionError(f"also = {shortened(also)}; expected a list of shapes, such as ['hexagon'].")
+    if also and name != "shape":
+        raise RecognitionError(
+            f"also = {shortened(also)} is for the shape recogniser; {name!r} recognises no shapes. Leave it out."
+        )
     where = _weights(layers, folder, grasp=name == "grasp")
     registry = read_registry(where)
     view = stored_module(where, _entry(registry, "view", where))
@@ -118,8 +125,10 @@ def modules(*, layers: str = "all", folder: str | Path | None = None) -> dict[st
 
 def _weights(layers: str, folder: str | Path | None, *, grasp: bool = False) -> Path:
     """The folder of weights: the given one, or that of the package for some layers or for grasps."""
-    if layers not in LAYERS:
+    if not (isinstance(layers, str) and layers in LAYERS):
         raise RecognitionError(f"layers = {layers!r}; expected one of {', '.join(map(repr, LAYERS))}.")
+    if not isinstance(folder, str | Path | None):
+        raise RecognitionError(f"folder is of type {type(folder).__name__}; expected the name of a folder of weights.")
     return SHIPPED / (_GRASP if grasp else layers) if folder is None else Path(folder)
 
 

@@ -7,6 +7,7 @@ noise. Its size is the last feature, which tells recognisers how far small compo
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,6 +16,7 @@ import numpy as np
 from mjtactile.errors import RecognitionError
 from mjtactile.recognition.symmetry import Mirrors, into_octant
 from mjtactile.recognition.weight_files import Stored
+from mjtactile.units import real_numbers
 
 #: Least noise in the features, relative to the norm of the projection [-].
 NOISE_FLOOR = 3e-5
@@ -26,6 +28,10 @@ _USUAL_NOISE = 2e-3
 #: its error is more than the second number times the error of the others, and more than the third fraction of the
 #: largest reading [-].
 _DEAD, _MISFIT, _LEAST_MISFIT = 0.35, 4.0, 0.02
+#: Range of a reading's largest value [Pa] for which single precision serves: sums of squares of its smallest parts keep
+#: their digits, those of its largest do not overflow. Readings beyond it are recognised in double precision; beyond the
+#: second range, where that fails too, they are refused.
+_IN_SINGLE, _IN_DOUBLE = (1e-12, 1e12), (1e-120, 1e120)
 #: Largest number of dead taxels that are replaced.
 _MOST_MENDED = 12
 
@@ -173,20 +179,21 @@ class PrincipalComponents:
         return Seen(features, size, noise, mirrors)
 
     def checked(self, readings: np.ndarray) -> tuple[np.ndarray, tuple[int, ...]]:
-        """Readings of the used layers as float32 (n, layers, rows, columns), and the original batch shape.
+        """Readings of the used layers (n, layers, rows, columns), and the original batch shape.
+
+        They are float32, or float64 where single precision does not hold their squares.
 
         Args:
             readings: (..., layers, rows, columns) [Pa], of all the pad's layers or of the used ones.
 
         Raises:
-            RecognitionError: the readings have another shape, contain NaN, or are all zero.
+            RecognitionError: the readings are not real numbers, have another shape, contain NaN, are all zero, or are
+                no pressures by their size.
         """
-        try:
-            given = np.asarray(readings, dtype=np.float32)
-        except (TypeError, ValueError) as error:
-            raise RecognitionError(
-                f"the readings are of type {type(readings).__name__}; expected an array of numbers."
-            ) from error
+        given = real_numbers(readings)
+        if given is None:
+            kind = type(readings).__name__ + (f" of {readings.dtype}" if isinstance(readings, np.ndarray) else "")
+            raise RecognitionError(f"the readings are of type {kind}; expected an array of numbers, in pascals.")
         own = (len(self.layers), *self.reading_shape[1:])
         if given.ndim < 3 or given.shape[-3:] not in (self.reading_shape, own):
             raise RecognitionError(
@@ -197,9 +204,19 @@ class PrincipalComponents:
         if given.shape[-3:] != own:
             given = given[..., list(self.layers), :, :]
         flat = given.reshape(-1, *own)
-        sums = flat.sum(axis=(1, 2, 3))
-        if not np.isfinite(sums).all():
+        flat = flat if flat.dtype.kind == "f" else flat.astype(float)
+        largest, least = flat.max(axis=(1, 2, 3)), float(flat.min(initial=0.0))
+        if not (np.isfinite(largest).all() and math.isfinite(least)):
             raise RecognitionError("the readings hold NaN or infinity. Leave such frames out.")
-        if not (sums > 0.0).all():
+        beyond, faint = max(float(largest.max(initial=0.0)), -least), float(largest[largest > 0.0].min(initial=1.0))
+        single = faint >= _IN_SINGLE[0] and beyond <= _IN_SINGLE[1]
+        flat = flat.astype(np.float32 if single else np.float64, copy=False)
+        # The range comes first: in it, sums do not overflow.
+        if beyond > _IN_DOUBLE[1] or faint < _IN_DOUBLE[0]:
+            raise RecognitionError(
+                f"a frame's largest reading is {beyond if beyond > _IN_DOUBLE[1] else faint:.3g} Pa; expected stresses "
+                f"in pascals, from {_IN_DOUBLE[0]:g} to {_IN_DOUBLE[1]:g}."
+            )
+        if not (flat.sum(axis=(1, 2, 3)) > 0.0).all():
             raise RecognitionError("nothing presses: all readings are zero. Recognise only frames with contact.")
         return flat, batch

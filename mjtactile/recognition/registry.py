@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from mjtactile._files import why_unread
 from mjtactile.errors import RecognitionError
 from mjtactile.recognition.weight_files import Stored, file_hash, read_weights
 
@@ -77,7 +78,7 @@ def read_registry(folder: Path) -> dict[str, Entry]:
     """The modules registered in a folder of weights, by name.
 
     Raises:
-        RecognitionError: there is no registry, or it is damaged.
+        RecognitionError: there is no registry, or it cannot be read, or it is damaged.
     """
     path = folder / REGISTRY
     try:
@@ -87,8 +88,11 @@ def read_registry(folder: Path) -> dict[str, Entry]:
         if set(content) != {"modules"} and content.get(_CHECKSUM) != _checksum(listed):
             raise ValueError("it does not match its checksum")
         return {one["name"]: Entry(**{**one, "needs": tuple(one["needs"])}) for one in listed}
-    except FileNotFoundError:
-        raise RecognitionError(f"there are no recognisers in {folder}. Train them: make weights") from None
+    except (FileNotFoundError, NotADirectoryError):
+        file = " It is a file: give the folder of its registry." if folder.is_file() else ""
+        raise RecognitionError(f"there are no recognisers in {folder}.{file} Train them: make weights") from None
+    except OSError as error:
+        raise RecognitionError(f"{path} cannot be read: {why_unread(error)}. Give a folder of weights.") from error
     except (ValueError, KeyError, TypeError) as error:
         raise RecognitionError(
             f"{path} is not a registry of modules ({error}). Train the modules again: make weights"

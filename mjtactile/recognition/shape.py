@@ -6,13 +6,13 @@ of the scores is the confidence. A new shape is added as a new module, trained w
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.errors import RecognitionError
+from mjtactile.errors import RecognitionError, shortened
 from mjtactile.recognition.features import PrincipalComponents, Seen
 from mjtactile.recognition.network import Network, silu
 from mjtactile.recognition.pose import PoseModule, rotation_of
@@ -129,7 +129,8 @@ class ShapeRecogniser:
             among: names of the candidate shapes; by default all.
 
         Raises:
-            RecognitionError: the readings have another shape, contain NaN or are all zero, or a name is unknown.
+            RecognitionError: the readings have another shape, contain NaN or are all zero; or a name is unknown or
+                given twice.
         """
         flat, batch = self.view.checked(readings)
         return self.from_seen(self.view.see(flat), batch, among)
@@ -143,7 +144,7 @@ class ShapeRecogniser:
             among: names of the candidate shapes; by default all.
 
         Raises:
-            RecognitionError: a name is unknown.
+            RecognitionError: a name is unknown or given twice.
         """
         chosen = self._chosen(among)
         scaled = [module.scaled(seen) for module in self.poses]
@@ -176,7 +177,10 @@ class ShapeRecogniser:
     def _chosen(self, among: Sequence[str] | None) -> list[int]:
         if among is None:
             return list(range(len(self.modules)))
-        unknown = [name for name in among if name not in self.shapes]
-        if unknown or not among:
-            raise RecognitionError(f"among = {list(among)}; expected names of known shapes: {list(self.shapes)}.")
-        return [self.shapes.index(name) for name in among]
+        names = list(among) if isinstance(among, Iterable) else []
+        known = all(isinstance(name, str) and name in self.shapes for name in names)
+        if not names or not known or len(set(names)) < len(names):
+            raise RecognitionError(
+                f"among = {shortened(among)}; expected names of known shapes, each once: {list(self.shapes)}."
+            )
+        return [self.shapes.index(name) for name in names]

@@ -14,7 +14,7 @@ from torch import Tensor, nn
 
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.uniform import UniformBasis
-from mjtactile.errors import InfluenceError, StaleInfluenceError
+from mjtactile.errors import InfluenceError, StaleInfluenceError, of_type
 from mjtactile.fem.curved.tractions import cell_integrals
 from mjtactile.fidelity import Fidelity, mesh_name
 from mjtactile.influence.forces import nodal_batch
@@ -162,8 +162,9 @@ class PadModel(nn.Module):
             (..., layers, rows, columns) [Pa].
 
         Raises:
-            InfluenceError: the response has another shape.
+            InfluenceError: the response is no tensor, or has another shape.
         """
+        of_type(Tensor, "response", response, InfluenceError, "point_response(forces) makes one")
         averages = [self.get_buffer(f"average_{place}") for place in range(len(self.layers))]
         points = [average.shape[1] for average in averages]
         if response.shape[-2:] != (sum(points), 5):
@@ -268,10 +269,11 @@ class PadModel(nn.Module):
             (6, nodes y, nodes x, 3) [N/N, N/(N m)]: force x, y, z and moment x, y, z about the pad's origin, pad frame.
 
         Raises:
-            InfluenceError: the footprint was made for another surface.
+            InfluenceError: the footprint is none, or was made for another surface.
             PadError: the pad is curved: there the load is not linear in the wrench.
         """
         require_flat(self.pad, "PadModel.wrench_basis", _NOT_LINEAR)
+        of_type(Footprint, "footprint", footprint, InfluenceError, "Footprint.from_outline(...) makes one")
         if not self.surface.matches(footprint.surface):
             raise InfluenceError(
                 "the footprint was made for another pad or mesh than this model's. Make it with influence matrices of "

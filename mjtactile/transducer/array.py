@@ -8,14 +8,15 @@ with the nominal element's calibration, since a driver knows no other; `volts` r
 from __future__ import annotations
 
 from collections import deque
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array, Mask
-from mjtactile.errors import TransducerError, shortened
+from mjtactile.errors import TransducerError, of_type, shortened
 from mjtactile.transducer.capacitive import CapacitiveCell
+from mjtactile.transducer.checks import require_numbers
 from mjtactile.transducer.imperfections import Imperfections, coupled, lagging
 from mjtactile.units import is_whole
 
@@ -24,6 +25,7 @@ from mjtactile.units import is_whole
 HEADROOM = 0.05
 
 
+@runtime_checkable
 class Element(Protocol):
     """A kind of sensing element, such as `CapacitiveCell` and `PiezoresistiveElement`."""
 
@@ -39,6 +41,22 @@ class Element(Protocol):
     def stress(self, signal: npt.ArrayLike) -> Array:
         """Stress [Pa] for a signal [V] of any shape: the inverse of `signal`."""
         ...
+
+
+def require_element(element: Element) -> Element:
+    """A sensing element, unchanged.
+
+    Raises:
+        TransducerError: it has not what an `Element` has, or is a class of elements.
+    """
+    if isinstance(element, type):
+        raise TransducerError(f"element is the class {element.__name__}; expected one of it, {element.__name__}().")
+    if not isinstance(element, Element):
+        raise TransducerError(
+            f"element = {shortened(element)}; expected a CapacitiveCell, a PiezoresistiveElement, or another object "
+            "with full_signal, signal and stress."
+        )
+    return element
 
 
 def checked_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
@@ -60,10 +78,7 @@ def finite_readings(readings: npt.ArrayLike) -> Array:
     Raises:
         TransducerError: they are not finite numbers.
     """
-    try:
-        stress = np.asarray(readings, dtype=float)
-    except (TypeError, ValueError):
-        raise TransducerError(f"readings = {shortened(readings)}; expected an array of stresses in pascals.") from None
+    stress = require_numbers("readings", readings, "an array of stresses in pascals")
     if not np.isfinite(stress).all():
         raise TransducerError("the readings hold NaN or infinite values; expected finite stresses in pascals.")
     return stress
@@ -84,8 +99,9 @@ class Transducer:
         seed: of everything drawn.
 
     Raises:
-        TransducerError: the shape is no array of taxels, a dead taxel is outside it, the seed is negative or no whole
-            number, or there is crosstalk between free taxels, which have no neighbours.
+        TransducerError: the element or the imperfections are none, the shape is no array of taxels, a dead taxel is
+            outside it, the seed is negative or no whole number, or there is crosstalk between free taxels, which have
+            no neighbours.
     """
 
     def __init__(
@@ -96,8 +112,9 @@ class Transducer:
         shape: tuple[int, ...] = (4, 13, 13),
         seed: int = 0,
     ) -> None:
-        self.element = CapacitiveCell() if element is None else element
-        self.imperfections = Imperfections() if imperfections is None else imperfections
+        self.element = CapacitiveCell() if element is None else require_element(element)
+        how = Imperfections() if imperfections is None else imperfections
+        self.imperfections = of_type(Imperfections, "imperfections", how, TransducerError, "Imperfections(noise=0.01)")
         self.shape = checked_shape(shape)
         if not (is_whole(seed) and seed >= 0):
             raise TransducerError(f"seed = {shortened(seed)}; expected a whole number of at least 0.")

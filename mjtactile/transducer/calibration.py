@@ -15,12 +15,14 @@ import numpy.typing as npt
 
 from mjtactile._types import Array, Mask
 from mjtactile.errors import TransducerError, shortened
-from mjtactile.transducer.array import Element, checked_shape, finite_readings
-from mjtactile.transducer.capacitive import require_positive
+from mjtactile.transducer.array import Element, checked_shape, finite_readings, require_element
+from mjtactile.transducer.checks import require_positive
 from mjtactile.units import is_whole
 
 #: A taxel with less than this fraction of the nominal gain is dead [-].
 _DEAD = 0.5
+#: A pressure at the end of an element's range may exceed it by this fraction [-], that of rounding.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,18 +77,28 @@ def calibrate(
             `shape`; for example a `Transducer`.
         element: the nominal one.
         shape: of one set of readings, (layers, rows, columns) or (taxels,).
-        pressure: stress at all taxels under the known load [Pa]; half the full scale is a good choice.
+        pressure: stress at all taxels under the known load [Pa], within the element's range; half the full scale is a
+            good choice.
         readings: how many are averaged, at rest and under the load.
 
     Raises:
-        TransducerError: the pressure is not positive, the number of readings is not a positive whole number, the array
-            reports something else than finite readings of its shape, or no taxel responds to the pressure.
+        TransducerError: the element is none, the pressure is not positive or beyond the element's range, the number of
+            readings is not a positive whole number, the array reports something else than finite readings of its shape,
+            or no taxel responds to the pressure.
     """
+    require_element(element)
     shape = checked_shape(shape)
     require_positive("pressure", pressure, "a positive pressure in pascals, such as 1e3")
     if not (is_whole(readings) and readings > 0):
         raise TransducerError(f"readings = {shortened(readings)}; expected a positive whole number, such as 100.")
     nominal = float(element.signal(float(pressure)))
+    if nominal > element.full_signal * (1.0 + _ROUNDING):
+        range_end = float(element.stress(element.full_signal))
+        raise TransducerError(
+            f"pressure = {pressure:g} Pa is beyond the element's range, which ends at {range_end:.4g} Pa: every taxel "
+            f"would report that, and gains would be wrong. Give a pressure within it, such as {range_end / 2:.3g} Pa, "
+            "or an element of a wider range, see with_range."
+        )
     rest = _mean_signal(array, element, np.zeros(shape), readings)
     loaded = _mean_signal(array, element, np.full(shape, float(pressure)), readings)
     gains = (loaded - rest) / nominal

@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from mjtactile._types import Array
 from mjtactile.errors import TransducerError, shortened
+from mjtactile.transducer.checks import require_positive, require_signal, require_stress
 from mjtactile.units import finite_number
 
 #: Permittivity of vacuum [F/m], CODATA 2018; air's is 0.06 % more.
@@ -29,16 +30,6 @@ VACUUM_PERMITTIVITY = 8.8541878128e-12
 BENDING_MEAN, SHEAR_MEAN = 3.891e-4, 0.03514
 #: Shear correction factor (Reissner 1945) [-].
 SHEAR_CORRECTION = 5.0 / 6.0
-
-
-def require_positive(name: str, value: object, expected: str = "a positive number in SI units") -> None:
-    """Check a value of a sensing element.
-
-    Raises:
-        TransducerError: it is not a positive, finite number.
-    """
-    if not finite_number(value) > 0.0:
-        raise TransducerError(f"{name} = {shortened(value)}; expected {expected}.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,16 +99,29 @@ class CapacitiveCell:
         return float(self.stress(np.array(self.full_signal)))
 
     def capacitance(self, stress: npt.ArrayLike) -> Array:
-        """Capacitance C(p) [F] under a compressive stress [Pa], any shape; infinite where the electrodes touch."""
-        share = np.asarray(stress, dtype=float) / self.closing_pressure
+        """Capacitance C(p) [F] under a compressive stress [Pa], any shape; infinite where the electrodes touch.
+
+        Raises:
+            TransducerError: the stress is not of real numbers.
+        """
+        share = require_stress(stress) / self.closing_pressure
         with np.errstate(divide="ignore"):
-            return np.where(share < 1.0, self.rest_capacitance / np.maximum(1.0 - share, 0.0), np.inf)
+            # The maximum keeps NaN, which is no pressure at which electrodes touch.
+            return np.asarray(self.rest_capacitance / np.maximum(1.0 - share, 0.0))
 
     def signal(self, stress: npt.ArrayLike) -> Array:
-        """Output of the converter [V] under a compressive stress [Pa], any shape, without its saturation."""
+        """Output of the converter [V] under a compressive stress [Pa], any shape, without its saturation.
+
+        Raises:
+            TransducerError: the stress is not of real numbers.
+        """
         return (self.capacitance(stress) - self.rest_capacitance) / self.conversion
 
     def stress(self, signal: npt.ArrayLike) -> Array:
-        """Stress [Pa] for a signal [V], any shape: the inverse of `signal`."""
-        added = np.asarray(signal, dtype=float) * self.conversion
+        """Stress [Pa] for a signal [V], any shape: the inverse of `signal`.
+
+        Raises:
+            TransducerError: the signal is not of real numbers.
+        """
+        added = require_signal(signal) * self.conversion
         return self.closing_pressure * added / (self.rest_capacitance + added)

@@ -54,6 +54,8 @@ class Imperfections:
                 f"dead_taxels = {shortened(dead)}; expected the whole numbers (layer, row, column) of each, such as "
                 "((0, 6, 5),), or (taxel,) of free taxels."
             )
+        # Tuples of int, so that equal imperfections have equal hashes.
+        object.__setattr__(self, "dead_taxels", tuple(tuple(map(int, taxel)) for taxel in dead))
         if not (is_whole(self.delay) and self.delay >= 0):
             raise TransducerError(f"delay = {shortened(self.delay)}; expected a whole number of calls, 0 for none.")
         if self.adc_bits is not None and not (is_whole(self.adc_bits) and 1 <= self.adc_bits <= 32):

@@ -18,7 +18,12 @@ import numpy.typing as npt
 
 from mjtactile._types import Array
 from mjtactile.errors import TransducerError
-from mjtactile.transducer.capacitive import require_positive
+from mjtactile.transducer.checks import (
+    require_positive,
+    require_signal,
+    require_stress,
+    require_vectors,
+)
 from mjtactile.units import GRAM_FORCE
 
 #: Components of `InfluenceMatrices.stress` that act on a horizontal face: zx, yz, zz.
@@ -62,12 +67,20 @@ class PiezoresistiveElement:
         return self.full_force / self.area
 
     def signal(self, stress: npt.ArrayLike) -> Array:
-        """Output of the normal channel [V] under a compressive stress [Pa], any shape, without saturation."""
-        return np.asarray(stress, dtype=float) * (self.full_signal / self.full_scale)
+        """Output of the normal channel [V] under a compressive stress [Pa], any shape, without saturation.
+
+        Raises:
+            TransducerError: the stress is not of real numbers.
+        """
+        return require_stress(stress) * (self.full_signal / self.full_scale)
 
     def stress(self, signal: npt.ArrayLike) -> Array:
-        """Stress [Pa] for a signal [V], any shape: the inverse of `signal`."""
-        return np.asarray(signal, dtype=float) * (self.full_scale / self.full_signal)
+        """Stress [Pa] for a signal [V], any shape: the inverse of `signal`.
+
+        Raises:
+            TransducerError: the signal is not of real numbers.
+        """
+        return require_signal(signal) * (self.full_scale / self.full_signal)
 
     @property
     def strain_matrix(self) -> Array:
@@ -88,14 +101,23 @@ class PiezoresistiveElement:
 
         Returns:
             (..., 4) [V]: resistors at +x, +y, -x, -y; each saturates at plus and minus the full signal.
+
+        Raises:
+            TransducerError: the force has another shape, or is not of real numbers.
         """
-        outputs = np.asarray(force, dtype=float) @ self.strain_matrix.T * self._amplification
+        vectors = require_vectors("force", force, 3, "forces along x, y and into the element, in newtons")
+        outputs = vectors @ self.strain_matrix.T * self._amplification
         return np.clip(outputs, -self.full_signal, self.full_signal)
 
     def forces(self, voltages: npt.ArrayLike) -> Array:
-        """Force (..., 3) along x, y and into the element [N] from bridge outputs (..., 4) [V], by least squares."""
+        """Force (..., 3) along x, y and into the element [N] from bridge outputs (..., 4) [V], by least squares.
+
+        Raises:
+            TransducerError: the outputs have another shape, or are not of real numbers.
+        """
         inverse = np.linalg.pinv(self.strain_matrix).astype(np.float64)
-        return np.asarray(voltages, dtype=np.float64) @ inverse.T / self._amplification
+        outputs = require_vectors("voltages", voltages, 4, "outputs of the four bridges, in volts")
+        return outputs @ inverse.T / self._amplification
 
     def pillar_force(self, stress: npt.ArrayLike) -> Array:
         """Force on each pillar from the stress tensor at it.
@@ -107,9 +129,9 @@ class PiezoresistiveElement:
             Force along x, y and into the element [N], shape (..., 3). A positive s_zx pulls the element along +x.
 
         Raises:
-            TransducerError: the first axis is not the six components.
+            TransducerError: the first axis is not the six components, or they are not real numbers.
         """
-        tensor = np.asarray(stress, dtype=float)
+        tensor = require_stress(stress)
         if tensor.ndim == 0 or tensor.shape[0] != 6:
             raise TransducerError(
                 f"the stress has shape {tensor.shape}; expected (6, ...), one tensor per taxel, as "

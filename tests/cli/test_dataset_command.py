@@ -4,6 +4,7 @@ from typer.testing import CliRunner
 
 from mjtactile.cli.main import app
 from mjtactile.dataset.files import read_dataset
+from mjtactile.errors import DatasetError
 
 SPEC = """
 presses = 6
@@ -39,3 +40,35 @@ def test_another_seed_into_the_same_folder_is_refused(tmp_path):
     run("--spec", str(file), "--workers", "1")
     refused = run("--spec", str(file), "--workers", "1", "--seed", "9")
     assert "another specification or seed" in str(refused.exception)
+
+
+def test_a_folder_that_was_not_made_for_the_moment_is_never_deleted(tmp_path):
+    file, out = tmp_path / "few.toml", tmp_path / "set"
+    file.write_text(SPEC)
+    lerobot = ("--spec", str(file), "--workers", "1", "--out", str(out), "--format", "lerobot")
+    for name in ("set.presses", ".set.presses"):
+        assert run("--spec", str(file), "--workers", "1", "--out", str(tmp_path / name)).exit_code == 0
+        (tmp_path / name / "notes.txt").write_text("mine")
+    refused = run(*lerobot)
+    assert isinstance(refused.exception, DatasetError)
+    assert "not of this command" in str(refused.exception)
+    (tmp_path / ".set.presses").rename(tmp_path / "moved")
+    assert run(*lerobot).exit_code == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["few.toml", "moved", "set", "set.presses"]
+    assert (tmp_path / "set.presses" / "notes.txt").read_text() == "mine"
+    assert len(read_dataset(tmp_path / "set.presses").readings) == 6
+
+
+def test_presses_for_another_format_go_on_after_an_interruption(tmp_path, monkeypatch):
+    file, out = tmp_path / "few.toml", tmp_path / "set"
+    file.write_text(SPEC)
+    lerobot = ("--spec", str(file), "--workers", "1", "--out", str(out), "--format", "lerobot")
+    with monkeypatch.context() as interrupted:
+        interrupted.setattr("mjtactile.lerobot.presses.presses_to_lerobot", _stop)
+        assert run(*lerobot).exit_code != 0
+    assert "made 0 of 6" in run(*lerobot).output
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["few.toml", "set"]
+
+
+def _stop(*_arguments, **_options):
+    raise KeyboardInterrupt

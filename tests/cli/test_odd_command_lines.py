@@ -217,6 +217,11 @@ def test_odd_command_lines_are_refused_in_one_line_or_done(files, start, stop, m
         ("dataset --spec good.toml --presses 999999999", "GB left"),
         ("dataset --spec good.toml --out notes.txt", "is not a folder"),
         ("dataset --spec pipe", "it is a pipe"),
+        ("dataset --spec good.toml --flat", "no flat readings.*Leave out --flat"),
+        ("record mjtactile/GraspLift-v0 --out made --fps 7", "has no --fps.*Leave out --fps"),
+        ("record mjtactile/GraspLift-v0 --out made --touch true", "has no --touch.*Leave out --touch"),
+        ("loop --no-record --figure a.png", "Leave out --figure or --no-record"),
+        ("loop --no-record --video a.gif", "Leave out --video or --no-record"),
         ("dataset --spec folder.npz", "it is a folder"),
     ],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 import warnings
 from collections.abc import Callable
 
@@ -202,6 +203,15 @@ def test_pulling_warns_and_loads_nothing():
     np.testing.assert_array_equal(load.residual_force, [0.1, 0.0, 0.2])
 
 
+def test_a_load_does_not_change_with_the_callers_arrays():
+    force, moment = np.array([0.0, 0.0, 0.2]), np.array([1e-4, 0.0, 0.0])
+    with pytest.warns(ContactWarning, match="pulls"):
+        load = contact_load(INFLUENCE, SQUARE, force, moment=moment)
+    force[:] = moment[:] = 7.0
+    np.testing.assert_array_equal(load.residual_force, [0.0, 0.0, 0.2])
+    np.testing.assert_array_equal(load.residual_moment, [1e-4, 0.0, 0.0])
+
+
 @pytest.mark.parametrize("moment", [None, (1e-4, 0.0, 0.0)])
 def test_shear_without_a_press_warns_and_is_left_over(moment):
     with pytest.warns(ContactWarning, match="no force pressing"):
@@ -226,10 +236,33 @@ def test_numbers_that_are_none_are_refused(bad, place):
         contact_load(INFLUENCE, SQUARE, wrench[:3], moment=wrench[3:])
 
 
-@pytest.mark.parametrize("force", [(0, 0), -0.1, [(0, 0, -0.1)]], ids=str)
+@pytest.mark.parametrize("force", [(0, 0), -0.1, [(0, 0, -0.1)], (0, 0, "-0.1"), np.array([0, 0, 1j - 1])], ids=str)
 def test_forces_of_another_shape_are_refused(force):
     with pytest.raises(ContactError, match="three finite numbers"):
         contact_load(INFLUENCE, SQUARE, force)
+
+
+@pytest.mark.parametrize("option", ["law", "tangential", "tilt"])
+def test_a_name_in_an_array_is_refused_as_an_unknown_one(option):
+    chosen: dict[str, ArrayLike] = {option: np.array(["elastic", "stick"])}
+    with pytest.raises(ContactError, match=rf"{option} array\(.*does not exist.*Available: \w+, "):
+        contact_load(INFLUENCE, SQUARE, (0, 0, -0.1), **chosen)  # type: ignore[arg-type]
+
+
+@quietly
+@pytest.mark.parametrize("law", ["uniform", "foundation", "elastic"])
+def test_readings_are_proportional_until_the_modulus_is_reached_and_the_rest_is_left(law):
+    """As docs/extremes.md says: a square of 10 mm bears 3 MPa over 100 mm^2, 300 N."""
+    face = Footprint.from_outline(box(-5e-3, -5e-3, 5e-3, 5e-3), INFLUENCE.surface)
+    once = INFLUENCE.readings(contact_load(INFLUENCE, face, (0, 0, -1.0), law=law))
+    for force in (2e-10, 30.0 if law == "elastic" else 299.0):
+        readings = INFLUENCE.readings(contact_load(INFLUENCE, face, (0, 0, -force), law=law))
+        # Single precision over a few hundred terms.
+        assert np.linalg.norm(readings / force - once) < 1e-6 * np.linalg.norm(once)
+    with pytest.warns(ContactWarning, match="more than its area can bear"):
+        load = contact_load(INFLUENCE, face, (0, 0, -2000.0), law=law)
+    assert load.resultant()[0][2] == pytest.approx(-300.0)
+    assert load.residual_force[2] == pytest.approx(-1700.0)
 
 
 def test_unknown_law_lists_those_that_exist():
@@ -358,6 +391,15 @@ def test_loads_add():
     both = first + second
     np.testing.assert_allclose(both.resultant(), np.add(first.resultant(), second.resultant()), atol=1e-16)
     assert both.contact.equals(first.contact.union(second.contact))
+    stored = pickle.loads(pickle.dumps(first + second))  # before its contact was asked for
+    assert stored.contact.equals(both.contact)
+    np.testing.assert_array_equal(stored.forces, both.forces)
+
+
+@pytest.mark.parametrize("traction", [None, 5.0])
+def test_a_traction_is_a_function(traction):
+    with pytest.raises(ContactError, match=r"traction is of type .*; expected a function of points and normals"):
+        SurfaceLoad.from_tractions(INFLUENCE, SQUARE.outline, traction)
 
 
 def test_what_is_left_over_adds_too():

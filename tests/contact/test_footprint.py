@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -13,8 +14,10 @@ from mjtactile.errors import FootprintError
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad
+from mjtactile.pad_shape.surfaces import SphereCap
 
 INFLUENCE = InfluenceMatrices(Pad(), Fidelity(mesh="draft"), {})
+CURVED = InfluenceMatrices(Pad(surface=SphereCap(20e-3)), Fidelity(mesh="draft"), {})
 RADIUS = 6e-3
 
 
@@ -96,8 +99,15 @@ def where_far(bad: float):
         (lambda x, y: 0.0, r"shape \(\) for points of shape \(\d+,\).*one height per point"),
         (lambda x, y: np.zeros((len(x), 1)), r"shape \(\d+, 1\) for points"),
         (lambda x, y: np.zeros(3), r"shape \(3,\) for points"),
+        (lambda x, y: np.zeros(len(x), dtype=complex), "heights that are no real numbers"),
+        (lambda x, y: ["0"] * len(x), "heights that are no real numbers"),
+        (None, "gap is of type NoneType; expected a function of arrays x and y"),
+        (0.0, "gap is of type float; expected a function"),
     ],
-    ids=["nan", "minus infinity", "nothing there", "a number", "a column", "too few"],
+    ids=[
+        *("nan", "minus infinity", "nothing there", "a number", "a column", "too few", "complex", "text"),
+        *("no function", "a height"),
+    ],
 )
 def test_bad_gap_functions_are_refused_with_the_cure(gap, message):
     with pytest.raises(FootprintError, match=message):
@@ -138,3 +148,26 @@ def test_the_lowest_point_that_is_found_may_be_given():
 def test_bad_outlines_are_refused_with_a_gap_too(outline, message):
     with pytest.raises(FootprintError, match=message):
         Footprint.from_gap(sphere, INFLUENCE.surface, outline=outline)
+
+
+@pytest.mark.parametrize("surface", [INFLUENCE.surface, CURVED.surface], ids=["flat", "curved"])
+def test_a_height_is_a_function(surface):
+    with pytest.raises(FootprintError, match="height is of type int; expected a function of arrays x and y"):
+        Footprint.from_height(3, surface)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("make", [Footprint.from_gap, Footprint.from_height])
+def test_a_wrong_surface_is_refused_with_an_outline_too(make):
+    with pytest.raises(FootprintError, match="surface is of type str; expected a"):
+        make(sphere, "wrong", outline=box(0, 0, 1e-3, 1e-3))
+
+
+@pytest.mark.parametrize("influence", [INFLUENCE, CURVED], ids=["flat", "curved"])
+@pytest.mark.parametrize("make", [Footprint.from_gap, Footprint.from_height, None])
+def test_a_footprint_can_be_pickled_if_its_function_can(make, influence):
+    face = box(0, 0, 2e-3, 3e-3)
+    made = make(sphere, influence.surface) if make else Footprint.from_outline(face, influence.surface)
+    stored = pickle.loads(pickle.dumps(made))
+    points = np.array([[1e-3, -2e-3], [2e-3, 1e-3], [7e-3, 7e-3]])
+    assert stored.outline.equals(made.outline)
+    np.testing.assert_array_equal(stored.heights(points), made.heights(points))

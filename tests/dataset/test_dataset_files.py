@@ -12,9 +12,9 @@ from mjtactile.dataset import files as dataset_module
 from mjtactile.dataset.by_law import physics_readings
 from mjtactile.dataset.files import make_dataset, read_dataset
 from mjtactile.dataset.sampling import outline_presses
-from mjtactile.dataset.shapes import placed, sized_face
+from mjtactile.dataset.shapes import placed, shape_indenter, sized_face
 from mjtactile.dataset.spec import parse_spec
-from mjtactile.errors import DatasetError
+from mjtactile.errors import DatasetError, OutputError
 
 PUNCHES = {"shapes": ["star", "triangle", "cross"], "size": [0.7, 1.0], "shift": 1.5}
 SPEC = parse_spec({"presses": 20, "seed": 4, "fidelity": "fast", "poses": 2, "forces": 2, "contact": [PUNCHES]})
@@ -146,3 +146,42 @@ def test_mujoco_and_the_contact_laws_agree_within_the_creep_of_a_press(tmp_path,
     np.testing.assert_allclose(mujoco.forces, physics.forces, atol=3e-4 * 2)
     largest = physics.readings.max(axis=(1, 2, 3), keepdims=True)
     np.testing.assert_allclose(mujoco.readings / largest, physics.readings / largest, atol=0.04)
+
+
+def test_a_dataset_is_not_continued_with_another_mesh_of_the_same_name(tmp_path):
+    mesh = tmp_path / "tool.stl"
+    shape_indenter("square", 0.4).solid.export(mesh)
+    spec = parse_spec({"presses": 4, "fidelity": "fast", "law": "uniform", "contact": [{"shapes": [str(mesh)]}]})
+    make_dataset(spec, tmp_path / "set", progress=False)
+    shape_indenter("square", 0.6).solid.export(mesh)
+    with pytest.raises(DatasetError, match="with other mesh files"):
+        make_dataset(replace(spec, presses=8), tmp_path / "set", progress=False)
+
+
+def test_a_body_that_would_miss_the_pad_is_refused_before_any_press_is_made(tmp_path, monkeypatch):
+    kinds = [{"shapes": ["star", "sphere"], "shift": 11}]
+    spec = parse_spec({"presses": 400, "fidelity": "fast", "law": "uniform", "contact": kinds})
+    monkeypatch.setattr(dataset_module, "make_files", lambda *_: pytest.fail("work began"))
+    with pytest.raises(DatasetError, match=r"press \d+, a (star|sphere).*misses the pad.*shift.*smaller shift"):
+        make_dataset(spec, tmp_path, progress=False)
+    assert not list(tmp_path.glob("*.parquet"))
+
+
+def test_bodies_that_reach_over_the_edge_may_press(tmp_path):
+    kinds = [{"shapes": ["star", "sphere"], "shift": 10}]
+    spec = parse_spec({"presses": 24, "fidelity": "fast", "law": "uniform", "contact": kinds})
+    assert make_dataset(spec, tmp_path, progress=False) == 24
+    assert np.abs(read_dataset(tmp_path).shifts).max() > 7.5e-3
+
+
+@pytest.mark.parametrize("path", [None, 3, b"set"])
+def test_a_folder_that_is_no_path_is_refused(path):
+    for use in (lambda: read_dataset(path), lambda: make_dataset(SPEC, path, progress=False)):
+        with pytest.raises(DatasetError, match=r"folder is of type .*expected a path"):
+            use()
+
+
+def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
+    (tmp_path / "file").write_text("kept")
+    with pytest.raises(OutputError, match="is not a folder"):
+        make_dataset(SPEC, tmp_path / "file", progress=False)

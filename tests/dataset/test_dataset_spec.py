@@ -1,11 +1,17 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
+import numpy as np
 import pytest
+from shapely import Polygon
 
+from mjtactile.dataset.sampling import outline_presses
+from mjtactile.dataset.shapes import shape_face
 from mjtactile.dataset.spec import load_spec, parse_spec, spec_from
 from mjtactile.errors import DatasetError, IndenterError, TransducerError
+from mjtactile.geometry.solid import extrude
 from mjtactile.units import GRAM_FORCE
 
 CONTACT = {"shapes": ["star", "sphere"], "size": [0.7, 1.3], "shift": 2.5, "force": 100, "tilt": [0, 30]}
@@ -74,3 +80,66 @@ def test_the_fingerprint_knows_the_seed_but_not_how_many():
     spec = parse_spec({"contact": [CONTACT], "presses": 10})
     assert parse_spec({"contact": [CONTACT], "presses": 20}).fingerprint == spec.fingerprint
     assert parse_spec({"contact": [CONTACT], "seed": 1}).fingerprint != spec.fingerprint
+
+
+def _tool(path: Path, width: float) -> None:
+    """A mesh of a square punch of this width [m]."""
+    half = width / 2
+    extrude(Polygon([(-half, -half), (half, -half), (half, half), (-half, half)]), 5e-3).export(path)
+
+
+def _area(mesh: Path) -> float:
+    face = shape_face(str(mesh))
+    assert face is not None
+    return face.area
+
+
+def test_the_fingerprint_knows_what_a_mesh_file_contains_not_only_its_name(tmp_path):
+    mesh = tmp_path / "tool.stl"
+    _tool(mesh, 4e-3)
+    spec = parse_spec({"contact": [{"shapes": [str(mesh), "star"]}]})
+    before = spec.fingerprint
+    assert _area(mesh) == pytest.approx(16e-6)
+    _tool(mesh, 6e-3)
+    assert spec.fingerprint != before
+    assert _area(mesh) == pytest.approx(36e-6)
+    _tool(mesh, 4e-3)
+    assert spec.fingerprint == before
+    mesh.unlink()
+    with pytest.raises(IndenterError, match=r"tool\.stl: there is no such file"):
+        _ = spec.fingerprint
+
+
+def test_fingerprints_without_meshes_stay_what_they_were():
+    """Otherwise no dataset made before could be continued."""
+    spec = parse_spec({"contact": [CONTACT]})
+    assert spec.fingerprint == "6640e3f0cba3bab937ce6fa1d20a8c2afa08e55d313d43378dee9532bc150407"
+
+
+def test_meshes_of_a_file_lie_beside_it(tmp_path, monkeypatch):
+    (tmp_path / "set").mkdir()
+    _tool(tmp_path / "set" / "tool.stl", 4e-3)
+    (tmp_path / "set" / "set.toml").write_text('[[contact]]\nshapes = ["tool.stl", "star"]\n')
+    monkeypatch.chdir(tmp_path)
+    assert load_spec("set/set.toml").contacts[0].shapes == (str(Path("set", "tool.stl")), "star")
+    monkeypatch.chdir(tmp_path / "set")
+    assert load_spec("set.toml").contacts[0].shapes == ("tool.stl", "star")
+
+
+def test_weights_whose_sum_is_too_large_for_a_number_are_shares_all_the_same():
+    huge = parse_spec({"contact": [{**CONTACT, "weight": 1e308}, {**CONTACT, "weight": 1e308, "size": 2}]})
+    plain = parse_spec({"contact": [{**CONTACT, "weight": 1}, {**CONTACT, "weight": 1, "size": 2}]})
+    sizes = [[outline_presses(spec, index).size for index in range(50)] for spec in (huge, plain)]
+    assert sizes[0] == sizes[1]
+    assert 10 < np.sum(np.array(sizes[0]) == 2.0) < 40
+
+
+def test_equal_specifications_have_one_hash_with_a_transducer_too():
+    values = {"contact": [CONTACT], "transducer": {"name": "capacitive", "imperfections": {"dead": 0.1}}}
+    assert hash(parse_spec(values)) == hash(parse_spec(values))
+
+
+@pytest.mark.parametrize("path", [None, 3, b"set.toml"])
+def test_what_is_no_path_is_refused(path):
+    with pytest.raises(DatasetError, match=r"path is of type .*expected a path"):
+        load_spec(path)

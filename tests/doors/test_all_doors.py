@@ -119,7 +119,8 @@ WRONG: list[tuple[Callable[[Any, Any, Any], Any], str, str]] = [
 ]
 #: Calls with a name that is no text, and the argument.
 NAMED: list[tuple[Callable[[Any, Any, Any], Any], str]] = [
-    (lambda model, _, wrong: mjtactile.TactileSensor(model, geom=wrong), "geom"),
+    # None stands for the default.
+    (lambda model, _, wrong: mjtactile.TactileSensor(model, geom=wrong or 3), "geom"),  # type: ignore[arg-type]
     (lambda model, _, wrong: mjtactile.preview_pad(model, wrong), "pad"),
     (lambda model, data, wrong: render_scene(model, data, camera=wrong or 0), "camera"),
 ]

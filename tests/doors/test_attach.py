@@ -170,9 +170,15 @@ def test_attached_pads_go_along_when_specs_are_attached():
         ({"pad": "none"}, "default"),
         ({"pos": (0, 0)}, "three lengths"),
         ({"contact": "hard"}, "stiff, soft"),
+        ({"contact": np.array(["stiff", "soft"])}, "contact is of type ndarray.*'stiff' or 'soft'"),
+        ({"output": np.array(["wrench", "range"])}, "von_mises, stress, wrench"),
+        ({"law": np.array(["elastic", "uniform"])}, "uniform, foundation, elastic"),
         ({"body": None}, "None does not exist"),
         ({"name": ""}, "not empty"),
         ({"name": 3}, "not empty"),
+        ({"name": "a\0b"}, "without the null character"),
+        ({"pos": ("0", "0", "0")}, "three lengths"),
+        ({"quat": np.array([1.0, 0.0, 0.0, 1j])}, "quaternion"),
         ({"pos": "0 0 0"}, "three lengths"),
         ({"pos": (0, 0, np.nan)}, "three lengths"),
         ({"pos": (0, 0, np.inf)}, "three lengths"),
@@ -195,6 +201,13 @@ def test_wrong_arguments_say_the_right_ones(options, says):
     spec = mujoco.MjSpec.from_string(HAND)
     with pytest.raises(mjtactile.SceneError, match=says):
         mjtactile.attach_pad(spec, **{"body": "finger", "name": "ff", **options})
+
+
+@pytest.mark.parametrize("size", [5e-324, 1e-200, 0.3, 1e200, 1.7e308])
+def test_an_orientation_of_any_size_is_one(size):
+    model = hand(quat=(size, 0.0, -size, 0.0))[0].compile()
+    half = np.sqrt(0.5)
+    assert model.site("ff_surface").quat == pytest.approx([half, 0.0, -half, 0.0], abs=1e-15)  # rounding
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from shapely import Polygon, box
 import mjtactile
 import mjtactile.sensor
 from mjtactile.contact.contact_load import contact_load
-from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.footprint import FACING_GAP, Footprint
 from mjtactile.errors import ContactError, ContactWarning, SceneError
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -233,5 +233,24 @@ def test_a_sensor_of_the_plugin_takes_no_second_choice():
     model = spec.compile()
     with pytest.raises(SceneError, match=r"'ff' is a sensor of the plugin, which has its own law, geom\. Leave"):
         TactileSensor(model, "ff", law="uniform", geom="nope")
+    own: dict[str, Any] = {
+        "fidelity": "balanced",
+        "tangential": "proportional",
+        "geom": "pad",
+        "facing_gap": FACING_GAP,
+    }
+    for option, value in own.items():  # the defaults, where the sensor's own may be others
+        with pytest.raises(SceneError, match=rf"'ff' is a sensor of the plugin, which has its own {option}\. Leave"):
+            TactileSensor(model, "ff", **{option: value})
     with pytest.raises(SceneError, match=r"geom 'pad' does not exist.*or the name of a sensor of the plugin: \['ff'\]"):
         TactileSensor(model)
+
+
+def test_a_geom_is_named_once():
+    spec = mujoco.MjSpec.from_string('<mujoco><worldbody><body name="finger"/></worldbody></mujoco>')
+    for name in "ab":
+        mjtactile.attach_pad(spec, body="finger", name=name, output=None)
+    model = spec.compile()
+    with pytest.raises(SceneError, match=r"pad = 'b_pad' .* but geom = 'a_pad' names one too\. Give one of them"):
+        TactileSensor(model, "b_pad", geom="a_pad", fidelity="fast")
+    assert TactileSensor(model, "b_pad", fidelity="fast").geom == model.geom("b_pad").id

@@ -98,6 +98,9 @@ def test_randomisation_changes_the_body():
     ("options", "told"),
     [
         ({"observation": "pictures"}, "readings, pascals, wrench, recognised, none"),
+        ({"observation": np.array(["wrench", "none"])}, "readings, pascals, wrench, recognised, none"),
+        ({"transducer": np.array(["a", "b"])}, "capacitive, piezoresistive"),
+        ({"render_mode": np.array(["a", "b"])}, "rgb_array"),
         ({"fidelity": "slow"}, "fast, balanced"),
         ({"transducer": "optical"}, "capacitive, piezoresistive"),
         ({"transducer": "capacitive", "observation": "wrench"}, "'pascals' or 'recognised'"),
@@ -148,7 +151,53 @@ def test_reset_options_are_values_by_name(options):
             env.reset(options=options)
 
 
-@pytest.mark.parametrize("hole", ["ab", (1e-3,), 1e-3, [(0.0, 0.0)], (np.nan, 0.0), (1.0, 1.0)])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"mass": True},
+        {"mass": 11.0},
+        {"mass": 0.0},
+        {"mass": "0.1"},
+        {"friction": 1e300},
+        {"friction": True},
+        {"friction": [0.5]},
+    ],
+    ids=str,
+)
+def test_a_mass_and_a_friction_are_those_of_an_object(options):
+    env = gymnasium.make("mjtactile/GraspLift-v0", observation="none")
+    with pytest.raises(EnvError, match="positive numbers up to 10 and 10"):
+        env.reset(options=options)
+
+
+def test_the_largest_mass_and_friction_are_simulated():
+    env = gymnasium.make("mjtactile/GraspLift-v0", observation="none").unwrapped
+    env.reset(seed=0, options={"mass": np.float32(10.0), "friction": 10})
+    for _ in range(10):
+        assert np.isfinite(env.step(np.ones(2, np.float32))[0]["proprioception"]).all()
+    assert not any(one.number for one in env.task.simulation.state(0)[1].warning)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(("name", "option"), [("EdgeFollow", "plate"), ("PressIdentify", "shape")])
+@pytest.mark.parametrize("wrong", [[], {}, 3, np.array(["star", "disc"])], ids=str)
+def test_a_body_is_chosen_by_its_name(name, option, wrong):
+    env = gymnasium.make(f"mjtactile/{name}-v0", observation="none")
+    with pytest.raises(EnvError, match=f"expected only {option}, one of "):
+        env.reset(options={option: wrong})
+
+
+@pytest.mark.parametrize("task", [None, 3, ["mjtactile/GraspLift-v0"], TactileEnv], ids=str)
+@pytest.mark.parametrize("make", [TactileEnv, make_vec])
+def test_what_is_no_task_is_refused(make, task):
+    with pytest.raises(
+        EnvError, match=r"^task = .*; expected the id of an environment, one of mjtactile/PressIdentify"
+    ):
+        make(task)
+
+
+@pytest.mark.parametrize(
+    "hole", ["ab", ("0", "0"), np.array([0.0, 1j]), (1e-3,), 1e-3, [(0.0, 0.0)], (np.nan, 0.0), (1.0, 1.0)]
+)
 def test_a_hole_that_is_no_place_is_refused(hole):
     env = gymnasium.make("mjtactile/PegInsert-v0")
     with pytest.raises(EnvError, match=r"expected only hole, \(x, y\) within"):
@@ -181,7 +230,7 @@ def test_a_copy_is_a_new_environment_with_the_same_options(copied):
 def test_wrong_actions_are_refused():
     env = gymnasium.make("mjtactile/EdgeFollow-v0", disable_env_checker=True).unwrapped
     env.reset(seed=0)
-    for action in (np.zeros(3), np.full(4, np.nan)):
+    for action in (np.zeros(3), np.full(4, np.nan), ["0", "0", "0", "0"], np.zeros(4, complex)):
         with pytest.raises(EnvError, match="4 finite numbers"):
             env.step(action)
     with pytest.raises(EnvError, match="triangle"):

@@ -46,6 +46,10 @@ def test_unknown_preset_lists_those_that_exist():
         as_fidelity("quick")
 
 
+#: NumPy compares each entry of an array with a name, and then refuses to say whether they are equal.
+NAMES = np.array(["float16", "int8"])
+
+
 @pytest.mark.parametrize(
     ("choice", "message"),
     [
@@ -65,6 +69,10 @@ def test_unknown_preset_lists_those_that_exist():
         ({"cells": 10.5}, r"cells = 10.5"),
         ({"cells": True}, r"cells = True"),
         ({"precision": None}, "precision None does not exist"),
+        ({"precision": NAMES}, r"precision array\(.* does not exist"),
+        ({"averaging": (NAMES,)}, r"averaging array\(.* does not exist"),
+        ({"loads": NAMES}, r"loads array\(.* does not exist"),
+        ({"law": NAMES}, r"contact law array\(.* does not exist"),
     ],
 )
 def test_choices_that_do_not_exist_are_refused(choice: dict[str, Any], message):

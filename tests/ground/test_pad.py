@@ -15,6 +15,7 @@ from mjtactile.errors import MjTactileError, PadError
 from mjtactile.pad import Layer, Pad, TaxelGrid, force_vector
 
 PDMS = Layer(thickness=5e-3, young=3e6, poisson=0.49)
+FLEXIBLE = {"thickness": 5e-3, "young": 3e6, "poisson": 0.0}
 NAN, INFINITE = math.nan, math.inf
 
 #: (what is asked for, the value and the cure that the message names)
@@ -24,6 +25,8 @@ REFUSALS = [
     (lambda: Layer(thickness=1e-8, young=3e6, poisson=0.49), "1e-08 m", "neighbouring layer"),
     (lambda: Layer(thickness=NAN, young=3e6, poisson=0.49), "nan", "metres"),
     (lambda: Layer(thickness=1e-3, young=0.0, poisson=0.49), "0.0 Pa", "3 MPa is 3e6"),
+    (lambda: Layer(thickness=np.complex128(1e-3 + 1j), young=3e6, poisson=0.0), "1j", "in metres"),  # type: ignore[arg-type]
+    (lambda: Layer(thickness=np.array("1e-3"), young=3e6, poisson=0.0), "1e-3", "a number in metres"),  # type: ignore[arg-type]
     (lambda: Layer(thickness=1e-3, young=-3e6, poisson=0.49), "-3000000.0 Pa", "3 MPa is 3e6"),
     (lambda: Layer(thickness=1e-3, young=INFINITE, poisson=0.49), "inf Pa", "3 MPa is 3e6"),
     (lambda: Layer(thickness=1e-3, young=3e6, poisson=0.5), "0.5", "use 0.49"),
@@ -127,6 +130,22 @@ def test_lists_and_numpy_numbers_make_the_same_pad():
 )
 def test_every_number_changes_the_fingerprint(change):
     assert dataclasses.replace(Pad(), **change).fingerprint != Pad().fingerprint
+
+
+@pytest.mark.parametrize(
+    ("change", "same"),
+    [
+        ({"taxels": TaxelGrid(centre=(-0.0, 0.0))}, {}),
+        ({"layers": Layer(thickness=5e-3, young=3e6, poisson=-0.0)}, {"layers": Layer(**FLEXIBLE)}),
+        ({"depths": (-0.0, 1e-3)}, {"depths": (0.0, 1e-3)}),
+        ({"taxels": -np.array([[0.0, 0.0, 1e-3]])}, {"taxels": [[0.0, 0.0, -1e-3]]}),
+    ],
+    ids=["a grid", "a layer", "a depth", "free taxels"],
+)
+def test_a_zero_has_no_sign(change, same):
+    """Equal pads with different fingerprints would be refused each other's tables."""
+    assert Pad(**change) == Pad(**same)
+    assert Pad(**change).fingerprint == Pad(**same).fingerprint
 
 
 def test_order_of_layers_changes_the_fingerprint():

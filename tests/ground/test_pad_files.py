@@ -118,3 +118,9 @@ def test_models_may_name_a_file(tmp_path):
     assert named_pad(str(path)) == mjtactile.pad_from_file(path)
     with pytest.raises(SceneError, match=r"cannot read .*nowhere\.toml"):
         named_pad("nowhere.toml")
+
+
+@pytest.mark.parametrize("path", [None, 3, b"pad.toml"], ids=str)
+def test_the_name_of_a_pads_file_is_a_text(path):
+    with pytest.raises(PadError, match=r"path is of type .*; expected a path"):
+        pad_from_file(path)

@@ -73,6 +73,23 @@ def test_an_upside_down_mesh_is_told_from_a_finger():
         fitted(mesh)
 
 
+def test_a_frame_off_the_surface_is_refused_with_the_way_to_it():
+    """A box about the origin, as solids often are: its upper side is half its height above the frame."""
+    solid = trimesh.creation.box((20e-3, 20e-3, 5e-3))
+    with pytest.raises(
+        PadError, match=r"stands at z = 2\.5 mm.*off it by 0\.6 mm\. Move the frame by 2\.5 mm along its z"
+    ):
+        fitted(solid, size=(12e-3, 8e-3))
+    frame = np.eye(4)
+    frame[2, 3] = 2.5e-3 - 0.5e-3  # placed by eye
+    assert fitted(solid, size=(12e-3, 8e-3), frame=frame).surface.height(0.0, 0.0) == pytest.approx(0.5e-3, abs=1e-9)
+
+
+def test_a_name_that_no_file_can_have_is_refused():
+    with pytest.raises(PadError, match=r"aaa\.\.\. cannot be read as a mesh: .*Give the file of one"):
+        fitted("a" * 5000)
+
+
 @pytest.mark.parametrize("content", [b"", b"hello", b"solid a\nendsolid a\n", "cut"])
 def test_a_file_without_triangles_is_named(content, tmp_path):
     path = tmp_path / "tip.stl"
@@ -106,6 +123,8 @@ def test_a_facet_that_is_no_number_is_named_not_dropped(tmp_path):
         (ball(), {"size": (0.0, 1e-2)}, "two positive lengths"),
         (ball(), {"scale": "mm"}, "scale = 'mm'; expected metres per unit"),
         (ball(), {"smoothing": "much"}, "smoothing = 'much'; expected a positive length"),
+        (ball(), {"smoothing": 1e300}, r"smoothing = 1e\+300; expected .* up to the pad's width, 0\.012 m"),
+        (ball(), {"frame": np.eye(4).astype(str)}, r"expected a pose \(4, 4\) of numbers"),
         (ball(), {"frame": "x"}, r"frame = 'x'; expected a pose \(4, 4\)"),
         (ball(1), {}, r"no smooth graph .*: at x = .* mm, y = .* mm a smooth patch is .* mm away"),
         (None, {}, "expected a mesh with triangles"),

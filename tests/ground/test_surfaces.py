@@ -208,6 +208,17 @@ def test_patches_that_are_no_splines_are_refused():
         replace(patch, knots_x=patch.knots_x[::-1])
     with pytest.raises(PadError, match="1 and 1 knots has coefficients of shape"):
         SurfacePatch(5, 5, 5)  # type: ignore[arg-type]
+    with pytest.raises(PadError, match="must be numbers"):
+        replace(patch, knots_x=tuple(map(str, patch.knots_x)))
+
+
+def test_a_zero_of_a_patch_has_no_sign():
+    patch = wavy_patch()
+    flat, below = (
+        replace(patch, coefficients=tuple(map(tuple, np.full((9, 9), zero).tolist()))) for zero in (0.0, -0.0)
+    )
+    assert flat == below
+    assert str(flat.description) == str(below.description)
 
 
 def rounded_block(surface: Surface, lines: int = 81, half: float = 6e-3):

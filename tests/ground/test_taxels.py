@@ -92,6 +92,18 @@ def test_a_coordinate_of_thousands_of_digits_is_refused():
         FreeTaxels([[10**5000, 0, 0]])  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("path", [None, 3, b"taxels.csv"], ids=str)
+def test_the_name_of_a_file_is_a_text(path):
+    with pytest.raises(PadError, match=r"path is of type .*; expected a path"):
+        FreeTaxels.from_file(path)
+
+
+@pytest.mark.parametrize("points", [[[0.0, 0.0, "-1e-3"]], np.array([[0.0, 0.0, 1j - 1e-3]])], ids=["text", "complex"])
+def test_coordinates_are_real_numbers(points):
+    with pytest.raises(PadError, match="have points that are no numbers"):
+        FreeTaxels(points)
+
+
 @pytest.mark.parametrize("point", [[0.0, 0.0, 1e-4], [0.0, 0.0, -5.1e-3], [7.6e-3, 0.0, -1e-3], [0.0, -8e-3, -1e-3]])
 def test_a_point_outside_a_flat_pad_is_named(point):
     with pytest.raises(PadError, match=f"taxel 1 at .*{point[2]}.* lies outside the pad"):

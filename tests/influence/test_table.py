@@ -19,7 +19,7 @@ from small_pads import COARSE, LAYERED_PAD
 import mjtactile.influence.provenance
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
-from mjtactile.errors import CorruptInfluenceError, InfluenceError, StaleInfluenceError
+from mjtactile.errors import CorruptInfluenceError, InfluenceError, OutputError, StaleInfluenceError
 from mjtactile.fem.mesh import mesh_description, sheet_mesh
 from mjtactile.fem.stiffness import Parity
 from mjtactile.fidelity import MESHES, Fidelity, MeshDensity
@@ -91,6 +91,60 @@ def test_failure_at_any_step_leaves_nothing_behind(step, tmp_path, monkeypatch):
         write_tables(path, {"a": np.zeros(2)}, {})
     assert list(tmp_path.iterdir()) == [path]
     assert path.read_bytes() == before
+
+
+def test_a_link_is_followed_and_what_it_leads_to_gets_the_table(small, tmp_path):
+    real, link = tmp_path / "real.table", tmp_path / "link.table"
+    real.write_bytes(b"old")
+    link.symlink_to(real.name)
+    small.save(link)
+    assert link.is_symlink()
+    assert load_influence(real).pad == small.pad
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("pipe", r"pipe: it is a pipe"),
+        ("folder", r"folder: it is a folder"),
+        ("a\0b", r"cannot write"),
+        ("file/below/t.table", r"cannot make the folder"),
+        ("a\0b/t.table", r"cannot make the folder"),
+    ],
+)
+def test_only_regular_files_are_replaced(name, said, small, tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_bytes(b"kept")
+    before = sorted(tmp_path.iterdir())
+    with pytest.raises(OutputError, match=said) as refusal:
+        small.save(tmp_path / name)
+    assert ".partial" not in str(refusal.value)
+    assert (tmp_path / "pipe").is_fifo()
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize("path", [None, 3, b"tables.mjt"], ids=str)
+def test_the_name_of_a_table_is_a_text(small, path):
+    with pytest.raises(OutputError, match=r"path is of type \w+; expected a path"):
+        small.save(path)
+    with pytest.raises(InfluenceError, match=r"path is of type \w+; expected a path"):
+        load_influence(path)
+
+
+def test_a_write_protected_table_is_not_replaced(small, saved, monkeypatch):
+    before = saved.read_bytes()
+    # The tests' user may be root, to whom no file is protected.
+    monkeypatch.setattr(os, "access", lambda _path, mode: mode != os.W_OK)
+    with pytest.raises(OutputError, match="write-protected"):
+        small.save(saved)
+    assert saved.read_bytes() == before
+
+
+def test_a_table_may_have_the_longest_name(small, tmp_path):
+    path = tmp_path / ("ä" * 127)
+    small.save(path)
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_disk_that_fills_up_while_writing_leaves_nothing_behind(tmp_path):

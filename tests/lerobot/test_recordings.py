@@ -93,6 +93,40 @@ def test_an_environment_is_recorded_as_it_was_seen(tmp_path: Path):
     assert found["next.done"].sum() == 2
 
 
+def test_arrays_that_the_caller_writes_into_again_are_recorded_as_they_were(tmp_path: Path):
+    env = TactileEnv("mjtactile/GraspLift-v0", observation="pascals")
+    env.action_space.seed(0)
+    recorder = LeRobotRecorder(env, tmp_path / "set")
+    buffer, acted, states, touched = np.zeros(2, np.float32), [], [], []
+    observation, _ = recorder.reset(seed=0)
+    ended = False
+    while not ended:
+        buffer[:] = env.action_space.sample()
+        acted.append(buffer.copy())
+        states.append(observation["proprioception"].copy())
+        touched.append(observation["tactile"].copy())
+        for array in observation.values():
+            array[:] = -1.0
+        observation, _, terminated, truncated, _ = recorder.step(buffer)
+        ended = terminated or truncated
+    recorder.close()
+    found = read(tmp_path / "set")
+    assert np.array_equal(found["action"], acted)
+    assert np.array_equal(found["observation.state"], states)
+    for number, name in enumerate(GRIPPER_PADS):
+        assert np.array_equal(found[f"observation.tactile.{name}"], [one[number] for one in touched])
+
+
+def test_a_recorder_without_a_finished_episode_closes_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    env, closed = TactileEnv("mjtactile/GraspLift-v0", observation="pascals"), []
+    recorder = LeRobotRecorder(env, tmp_path / "set")
+    monkeypatch.setattr(env, "close", lambda: closed.append(True))
+    with pytest.raises(DatasetError, match="no episodes"):
+        recorder.close()
+    assert closed == [True]
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_environments_without_readings_are_refused(tmp_path: Path):
     with pytest.raises(DatasetError, match="observe readings"):
         LeRobotRecorder(TactileEnv("mjtactile/GraspLift-v0", observation="wrench"), tmp_path / "set")

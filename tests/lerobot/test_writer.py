@@ -123,6 +123,65 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path):
     with pytest.raises(DatasetError, match="axes"):
         Feature(shape=(1,) * 6)
     with LeRobotWriter(str(tmp_path / "set"), fps=1, features={"action": Feature()}) as writer:
-        with pytest.raises(DatasetError, match="columns"):
+        with pytest.raises(DatasetError, match=r"columns"):
             writer.add_episode({"force": np.zeros(3)}, "push")
         writer.add_episode({"action": np.zeros(1)}, "push")
+
+
+@pytest.mark.parametrize(
+    ("dtype", "values"),
+    [
+        ("int64", [1.0, np.nan]),
+        ("int64", [1.7]),
+        ("int64", [2.0**63]),
+        ("int64", np.array([2**63], np.uint64)),
+        ("bool", [0, 2]),
+        ("bool", [np.nan]),
+        ("float32", [1e39]),
+    ],
+)
+def test_values_that_a_type_cannot_hold_are_refused(tmp_path: Path, dtype: str, values: list[float]):
+    with LeRobotWriter(tmp_path / "set", fps=1, features={"a": Feature(dtype=dtype)}) as writer:
+        with pytest.raises(DatasetError, match=f"'a' has a value of .*{dtype} cannot hold"):
+            writer.add_episode({"a": np.array(values)}, "push")
+        writer.add_episode({"a": np.zeros(1)}, "push")
+
+
+def test_values_that_a_type_holds_are_written(tmp_path: Path):
+    features = {"whole": Feature(dtype="int64"), "flag": Feature(dtype="bool"), "real": Feature()}
+    with LeRobotWriter(tmp_path / "set", fps=1.0, features=features) as writer:  # type: ignore[arg-type]
+        columns = {"whole": [-3.0, 2.0**53], "flag": [0.0, 1.0], "real": [0.1, 3e38]}
+        writer.add_episode(columns, "push")  # type: ignore[arg-type]
+    found = read(tmp_path / "set")
+    assert found["whole"].tolist() == [-3, 2**53]
+    assert found["flag"].tolist() == [False, True]
+    assert found["real"].tolist() == [np.float32(0.1), np.float32(3e38)]
+
+
+@pytest.mark.parametrize("values", [1.0, np.float64(1.0), None, "x", [[1.0], [1.0, 2.0]], ["a"], [1j]])
+def test_a_column_that_is_no_array_of_numbers_is_refused(tmp_path: Path, values):
+    with LeRobotWriter(tmp_path / "set", fps=1, features={"a": Feature()}) as writer:
+        with pytest.raises(DatasetError, match=r"column 'a' is .*expected an array of numbers"):
+            writer.add_episode({"a": values}, "push")
+        with pytest.raises(DatasetError, match=r"columns is of type list"):
+            writer.add_episode([np.zeros(1)], "push")  # type: ignore[arg-type]
+        writer.add_episode({"a": np.zeros(1)}, "push")
+
+
+@pytest.mark.parametrize("fps", [np.nan, np.inf, "x", None, 0.5])
+def test_rates_that_are_no_whole_number_are_refused(tmp_path: Path, fps):
+    with pytest.raises(DatasetError, match="whole numbers"):
+        LeRobotWriter(tmp_path / "set", fps=fps, features={})
+
+
+@pytest.mark.parametrize("folder", [None, 3, b"set"])
+def test_a_folder_that_is_no_path_is_refused(folder):
+    with pytest.raises(DatasetError, match=r"folder is of type .*expected a path"):
+        LeRobotWriter(folder, fps=1, features={})
+
+
+def test_nothing_is_written_outside_the_writer_s_block(tmp_path: Path):
+    writer = LeRobotWriter(tmp_path / "set", fps=1, features={"a": Feature()})
+    with pytest.raises(DatasetError, match="not open"):
+        writer.add_episode({"a": np.zeros(1)}, "push")
+    assert list(tmp_path.iterdir()) == []

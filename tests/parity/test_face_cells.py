@@ -325,12 +325,15 @@ def test_the_first_vertex_of_an_outline_and_its_mirror_image_make_no_difference(
     # The sheet's rim cuts this ring so that the rings of cells along its sides cross.
     ring = mjtactile.indenter_outline("doughnut", shift=(5e-3, 4.5e-3), rotate_deg=33.0)
     cut = ring.intersection(shapely.box(*SHEET))
+    assert isinstance(cut, Polygon)
 
     def rolled(places):
         corners = np.roll(shapely.get_coordinates(cut.exterior)[:-1], places, axis=0)
         return Polygon(corners, [hole.coords for hole in cut.interiors])
 
     expected = np.sort(read(placed_cells(cut, count)[0]).areas)
-    for outline in (rolled(1), rolled(7), affinity.scale(cut, -1.0, 1.0, origin=(0, 0))):
+    mirrored = affinity.scale(cut, -1.0, 1.0, origin=(0, 0))
+    assert isinstance(mirrored, Polygon)
+    for outline in (rolled(1), rolled(7), mirrored):
         areas = np.sort(read(placed_cells(outline, count)[0]).areas)
         np.testing.assert_allclose(areas, expected, rtol=1e-6)

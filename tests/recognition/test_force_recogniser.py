@@ -42,6 +42,22 @@ def test_forces_scale_with_the_readings(recognise, pressed):
     np.testing.assert_allclose(twice.position, once.position, atol=1e-9)
 
 
+@pytest.mark.parametrize("scale", [1e-100, 1e-40, 1e-20, 1e20, 1e30, 1e100])
+def test_readings_of_any_size_are_recognised(recognise, pressed, scale):
+    """Single precision holds neither their squares nor, in part, themselves."""
+    readings = pressed("disc", FORCE)[0]
+    once, far = recognise(readings), recognise(np.stack([readings, scale * readings]))
+    for k, size in enumerate((1.0, scale)):
+        # As between batches, which round differently.
+        np.testing.assert_allclose(far.force[k] / size, once.force, rtol=1e-4, atol=1e-5)
+        np.testing.assert_allclose(far.confidence[k], once.confidence, rtol=1e-4)
+
+
+def test_integers_are_readings_too(recognise, pressed):
+    readings = np.round(100.0 * pressed("disc", FORCE)[0])
+    np.testing.assert_array_equal(recognise(readings.astype(int)).force, recognise(readings).force)
+
+
 def test_mirrored_readings_give_the_mirrored_force(recognise, pressed):
     readings = pressed("star", FORCE, shift=(1.0e-3, 0.4e-3))[0]
     one, other = recognise(readings), recognise(readings[:, :, ::-1])
@@ -97,6 +113,12 @@ def test_the_top_layer_alone_takes_its_own_readings_or_all(top, pressed):
         (np.full((4, 13, 13), np.nan), "NaN"),
         (np.zeros((4, 13, 13)), "nothing presses"),
         ("strong", "type str; expected an array"),
+        (np.full((4, 13, 13), "1e3"), "type ndarray of <U3; expected an array"),
+        (np.full((4, 13, 13), 1e3 + 1j), "type ndarray of complex128; expected an array"),
+        (np.full((4, 13, 13), 1e300), r"largest reading is 1e\+300 Pa; expected stresses in pascals"),
+        (np.full((4, 13, 13), 1e-300), "largest reading is 1e-300 Pa; expected stresses"),
+        (np.full((4, 13, 13), -1e3), "nothing presses"),
+        (np.where(np.arange(13) == 3, -np.inf, np.ones((4, 13, 13))), "NaN or infinity"),
     ],
 )
 def test_readings_that_say_nothing_are_refused(recognise, readings, said):
@@ -129,6 +151,39 @@ def test_what_does_not_exist_is_refused():
         recognition.modules(layers="bottom")
     with pytest.raises(RecognitionError, match=r"'bottom'.*'top'"):
         recognition.load("force", layers="bottom")
+    names = np.array(["all", "top"])
+    with pytest.raises(RecognitionError, match="does not exist"):
+        recognition.load(names)  # type: ignore[call-overload]
+    with pytest.raises(RecognitionError, match="'all', 'top'"):
+        recognition.load("force", layers=names)  # type: ignore[call-overload]
+
+
+@pytest.mark.parametrize("name", ["force", "grasp"])
+def test_shapes_are_for_the_shape_recogniser_alone(name):
+    with pytest.raises(RecognitionError, match=rf"also = \['hexagon'\] is for the shape recogniser; '{name}'"):
+        recognition.load(name, also=["hexagon"])
+    recognition.load(name, also=())
+
+
+@pytest.mark.parametrize("also", [None, 3, "hexagon"])
+def test_shapes_are_a_list(also):
+    with pytest.raises(RecognitionError, match=r"also = .*; expected a list of shapes"):
+        recognition.load("shape", also=also)
+
+
+def test_a_folder_of_weights_is_a_folder(tmp_path):
+    file = tmp_path / "view.safetensors"
+    file.write_bytes(b"")
+    for look in (
+        lambda folder: recognition.load("force", folder=folder),
+        lambda folder: recognition.modules(folder=folder),
+    ):
+        with pytest.raises(RecognitionError, match=r"no recognisers in .*safetensors\. It is a file: give the folder"):
+            look(file)
+        with pytest.raises(RecognitionError, match="cannot be read"):
+            look(tmp_path / ("a" * 5000))
+        with pytest.raises(RecognitionError, match="folder is of type int"):
+            look(3)
 
 
 def test_one_call_takes_less_than_a_millisecond(recognise, pressed):

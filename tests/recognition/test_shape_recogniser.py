@@ -61,6 +61,12 @@ def test_where_only_some_shapes_can_be_others_are_not_named(recognise, pressed):
         recognise(pressed("circle", DOWN)[0], among=("blob",))
 
 
+@pytest.mark.parametrize("among", [["star", "star"], np.array(["star", "star"]), [], 3, [["star"]], "star"], ids=str)
+def test_candidates_are_named_once_each(recognise, pressed, among):
+    with pytest.raises(RecognitionError, match=r"among = .*; expected names of known shapes, each once"):
+        recognise(pressed("star", DOWN)[0], among=among)
+
+
 def test_modules_of_their_own_add_shapes_and_say_who_did_what(pressed):
     recognise = recognition.load("shape", also=("hexagon", "cross"))
     for name in ("hexagon", "cross", *INDENTER_NAMES):

@@ -319,6 +319,10 @@ def test_what_the_model_cannot_do_is_said(layered, draft):
         model.nodal_forces(some_loads(draft, 1, 1, 1.0))
     with pytest.raises(InfluenceError, match="same pad and fidelity"):
         model.wrench_basis(star(draft))
+    with pytest.raises(InfluenceError, match=r"footprint is of type NoneType; expected a mjtactile\.Footprint"):
+        model.wrench_basis(None)  # type: ignore[arg-type]
+    with pytest.raises(InfluenceError, match=r"response is of type NoneType; expected a torch\.Tensor"):
+        model.readings_of(None)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -62,6 +62,25 @@ def test_dead_taxels_are_found_and_read_zero(readings):
     assert all((corrected[(slice(None), *taxel)] == 0.0).all() for taxel in dead)
 
 
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_a_pressure_beyond_the_elements_range_is_refused(element):
+    """Every taxel would report the end of the range, and all gains would be too small by the same factor."""
+    array = Transducer(element, shape=SHAPE)
+    for pressure in (1.01 * FULL, 1e3 * FULL):
+        with pytest.raises(TransducerError, match=r"beyond the element's range, which ends at 5e\+04 Pa.*2.5e\+04"):
+            calibrate(array, element, shape=SHAPE, pressure=pressure, readings=1)
+    gains = calibrate(array, element, shape=SHAPE, pressure=element.full_scale, readings=1).gains
+    np.testing.assert_allclose(gains, 1.0, rtol=1e-9)  # rounding
+
+
+@pytest.mark.parametrize(
+    ("element", "says"), [("x", "element = 'x'"), (CapacitiveCell, r"expected.*CapacitiveCell\(\)")]
+)
+def test_a_calibration_needs_an_element(element, says):
+    with pytest.raises(TransducerError, match=says):
+        calibrate(Transducer(shape=SHAPE), element, shape=SHAPE, pressure=1e3)
+
+
 def test_what_cannot_be_measured_is_refused():
     element = ELEMENTS[0]
     array = Transducer(element, shape=SHAPE)

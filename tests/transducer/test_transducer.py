@@ -278,9 +278,45 @@ def test_dead_taxels_may_be_lists_as_files_have_them(shape, taxel):
     assert np.argwhere(dead).tolist() == [taxel]
 
 
+def test_equal_imperfections_have_equal_hashes():
+    listed = Imperfections(dead_taxels=[[0, np.int64(6), 5]])  # type: ignore[arg-type,list-item]
+    own = Imperfections(dead_taxels=((0, 6, 5),))
+    assert listed == own
+    assert hash(listed) == hash(own)
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_no_number_stays_none_in_an_elements_curve(element):
+    assert np.isnan(element.signal([np.nan, 1e3])).tolist() == [True, False]
+    assert np.isnan(element.stress([np.nan, 1.0])).tolist() == [True, False]
+
+
+def test_the_capacitance_of_no_number_is_none():
+    assert np.isnan(CapacitiveCell().capacitance(np.nan))
+
+
+@pytest.mark.parametrize("values", [["1", "2", "3"], np.array([1.0, 2.0, 3.0 + 1j]), [1.0, [2.0], 3.0]])
+def test_text_and_complex_numbers_are_refused(values):
+    cell, element = CapacitiveCell(), PiezoresistiveElement()
+    for take in (cell.signal, cell.stress, cell.capacitance, element.signal, element.stress, element.pillar_force):
+        with pytest.raises(TransducerError, match="expected"):
+            take(values)
+    with pytest.raises(TransducerError, match=r"force = .*; expected forces along x, y"):
+        element.voltages(values)
+    with pytest.raises(TransducerError, match=r"voltages = .*; expected outputs"):
+        element.forces(values)
+    with pytest.raises(TransducerError, match=r"readings = .*; expected an array of stresses"):
+        Transducer(shape=(3,))(values)
+
+
 @pytest.mark.parametrize(
     ("make", "says"),
     [
+        (lambda: Transducer(element="x"), "element = 'x'; expected a CapacitiveCell"),  # type: ignore[arg-type]
+        (lambda: Transducer(element=CapacitiveCell), r"expected one of it, CapacitiveCell\(\)"),  # type: ignore[arg-type]
+        (lambda: Transducer(imperfections="x"), "imperfections is of type str"),  # type: ignore[arg-type]
+        (lambda: PiezoresistiveElement().voltages(np.zeros((5, 2))), r"force has shape \(5, 2\); expected \(..., 3\)"),
+        (lambda: PiezoresistiveElement().forces(1.0), r"voltages has shape \(\); expected \(..., 4\)"),
         (lambda: CapacitiveCell(gap=0.0), "gap"),
         (lambda: CapacitiveCell(gap="3e-6"), "gap = '3e-6'"),  # type: ignore[arg-type]
         (lambda: CapacitiveCell(poisson=0.6), "silicone"),
