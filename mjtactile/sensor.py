@@ -30,9 +30,9 @@ class TactileSensor:
     """Readings of a pad that is a geom of a MuJoCo model: a box whose +z face senses, or a mesh of a curved pad.
 
     Contact forces come from MuJoCo. Footprints come from the touching body's geoms that collide; if the body has geoms
-    whose names end in "_tactile", those are used instead. The compiled core solves every contact, as in the plugin.
-    Forces on the pad's sides, and forces that the sensing surface cannot carry, are part of the wrench but not of the
-    readings.
+    whose names end in "_tactile", or in that and a number, those are used instead. The compiled core solves every
+    contact, as in the plugin. Forces on the pad's sides, and forces that the sensing surface cannot carry, are part of
+    the wrench but not of the readings.
 
     Args:
         model: compiled model.

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from numbers import Integral
+from decimal import Decimal
+from numbers import Integral, Real
 from typing import Any, TypeGuard
 
 import numpy as np
@@ -57,8 +58,7 @@ def real_numbers(values: object) -> npt.NDArray[Any] | None:
         if numbers.dtype.kind in "biuf":
             return numbers
         # Objects are fractions, integers beyond 64 bits, and such.
-        wrong = (str, bytes, np.complexfloating)
-        if numbers.dtype.kind != "O" or any(isinstance(one, wrong) for one in numbers.flat):
+        if numbers.dtype.kind != "O" or not all(isinstance(one, Real | Decimal) for one in numbers.flat):
             return None
         return numbers.astype(float)
     except (TypeError, ValueError, OverflowError):

@@ -42,7 +42,6 @@ def dataset(
     from dataclasses import replace
     from time import perf_counter
 
-    from mjtactile._files import make_folder
     from mjtactile.dataset.files import make_dataset
     from mjtactile.dataset.spec import load_spec
     from mjtactile.workers import Workers
@@ -57,9 +56,6 @@ def dataset(
     presses_folder = _presses_folder(folder, form)
     if flat and form != "lerobot":
         raise typer.BadParameter(f"format {form} has no flat readings, only lerobot has. Leave out --flat.")
-    if form == "lerobot":
-        make_folder(presses_folder)
-        (presses_folder / _MARKER).touch()
     start = perf_counter()
     made = make_dataset(wanted, presses_folder, workers=who)
     typer.echo(f"made {made} of {wanted.presses} presses in {perf_counter() - start:.1f} s: {presses_folder}")
@@ -74,14 +70,16 @@ def dataset(
 
 
 def _presses_folder(folder: Path, form: str) -> Path:
-    """Folder in which the presses are made. For other formats than Parquet, it is a temporary one beside `folder`.
+    """Folder in which the presses are made. For other formats than Parquet, a temporary one is made beside `folder`.
 
     It stays after an interruption, so that the presses need not be made again, and has a marker: no other is deleted.
 
     Raises:
         DatasetError: there is no such format, the dataset of another format exists already, or the temporary folder is
             not this command's own.
+        OutputError: the temporary folder cannot be made.
     """
+    from mjtactile._files import check_writable, make_folder
     from mjtactile.errors import DatasetError
 
     if form not in ("parquet", "lerobot"):
@@ -91,11 +89,14 @@ def _presses_folder(folder: Path, form: str) -> Path:
     if folder.exists():
         raise DatasetError(f"{folder} exists already. Name another folder with --out, or delete that one.")
     temporary = folder.with_name(f".{folder.name}.presses")
-    if temporary.is_dir() and not (temporary / _MARKER).is_file() and any(temporary.iterdir()):
+    make_folder(temporary)
+    if not (temporary / _MARKER).is_file() and any(temporary.iterdir()):
         raise DatasetError(
             f"{temporary}, where the presses would be made for a while, exists and is not of this command. Name "
             "another folder with --out, or move that one."
         )
+    check_writable(temporary / _MARKER)
+    (temporary / _MARKER).touch()
     return temporary
 
 

@@ -450,13 +450,14 @@ def _kept(spec: DatasetSpec, folder: Path) -> set[tuple[int, int]]:
             name.
     """
     kept, damaged, most = set(), [], 0
+    own = spec.fingerprint
     for path in sorted(folder.glob(_FILES)):
         try:
             part = read_part(path)
         except DamagedPartError as error:
             damaged.append((path, error))
             continue
-        if part.metadata["spec_fingerprint"] != spec.fingerprint:
+        if part.metadata["spec_fingerprint"] != own:
             raise DatasetError(
                 f"{folder} holds a dataset of {_difference(spec, part)}. Choose another folder, or delete that one."
             )

@@ -79,17 +79,19 @@ def mesh_digest(shape: str) -> str:
     try:
         found = unusable(path)
         if found is None:
-            with path.open("rb") as file:  # larger files are no indenters
-                return hashlib.sha256(file.read(MOST_BYTES + 1)).hexdigest()
+            state = path.stat()
+            return _digest(path.absolute(), state.st_size, state.st_mtime_ns)
         why = f"it is {found}"
     except (OSError, ValueError) as error:
         why = why_unread(error)
     raise IndenterError(f"cannot read the mesh file {path}: {why}. Give the path of one, such as an STL file.")
 
 
-def shape_from(shape: str, folder: Path) -> str:
-    """A shape as it stands in a file: the path of a mesh file is relative to the folder."""
-    return str(folder / shape) if shape not in SHAPE_NAMES and Path(shape).suffix else shape
+@lru_cache(maxsize=64)
+def _digest(path: Path, _size: int, _changed: int) -> str:
+    """SHA-256 of a file, read again once its size [bytes] or the time of its last change [ns] is another."""
+    with path.open("rb") as file:  # larger files are no indenters
+        return hashlib.sha256(file.read(MOST_BYTES + 1)).hexdigest()
 
 
 @cache

@@ -18,7 +18,7 @@ from mjtactile._files import path_from, read_text, why_unread
 from mjtactile.contact.options import LAWS
 from mjtactile.contact.tangentials import WITHOUT_FRICTION
 from mjtactile.dataset.hardware import transducer_for
-from mjtactile.dataset.shapes import SHAPE_NAMES, mesh_digest, shape_face, shape_from
+from mjtactile.dataset.shapes import SHAPE_NAMES, mesh_digest, shape_face
 from mjtactile.errors import DatasetError, PadError, shortened
 from mjtactile.fidelity import DEFAULT, PRESETS
 from mjtactile.pad import Pad
@@ -107,7 +107,7 @@ def load_spec(path: str | Path) -> DatasetSpec:
     """Read a dataset's TOML file.
 
     Args:
-        path: of the file; names of files in it are relative to its folder.
+        path: of the file. A file name in `pad` is relative to its folder, those of meshes to the working folder.
 
     Raises:
         DatasetError: the path is none, the file cannot be read, or an entry is invalid; the message names the entry.
@@ -128,7 +128,7 @@ def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
 
     Args:
         values: entries of the file.
-        folder: folder that names of files in `pad` and `shapes` are relative to.
+        folder: folder that a file name in `pad` is relative to.
 
     Raises:
         DatasetError: an entry is invalid; the message names the entry.
@@ -145,7 +145,7 @@ def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
     if others:
         raise DatasetError(f"backend = {[backend, *others]}; expected one of {', '.join(BACKENDS)}.")
     spec = DatasetSpec(
-        contacts=tuple(_contact(entry, folder) for entry in contacts),
+        contacts=tuple(_contact(entry) for entry in contacts),
         presses=_count(values, "presses", 1000, most=MOST_PRESSES),
         seed=_count(values, "seed", 0, least=0, most=MOST_SEED),
         backend=backend,
@@ -179,7 +179,7 @@ def spec_from(description: dict[str, Any]) -> DatasetSpec:
     return DatasetSpec(**{**values, "contacts": contacts, "pad": pad_from(description["pad"])})
 
 
-def _contact(entry: dict[str, Any], folder: Path) -> ContactSpec:
+def _contact(entry: dict[str, Any]) -> ContactSpec:
     _refuse_unknown(
         "[[contact]]",
         entry,
@@ -190,7 +190,6 @@ def _contact(entry: dict[str, Any], folder: Path) -> ContactSpec:
         raise DatasetError(
             f"[[contact]] shapes = {shortened(shapes)}; expected a list of names, for example ['star', 'sphere']."
         )
-    shapes = [shape_from(shape, folder) for shape in shapes]
     for shape in shapes:
         shape_face(shape)
     weight = entry.get("weight", float(len(shapes)))

@@ -86,6 +86,8 @@ class LeRobotWriter:
 
     def __enter__(self) -> LeRobotWriter:
         shutil.rmtree(self._partial, ignore_errors=True)  # left by a killed process
+        if self._partial.exists():
+            raise DatasetError(f"{self._partial} is left by a run that was cut off and cannot be deleted. Delete it.")
         make_folder(self._partial)
         self._entered = True
         return self

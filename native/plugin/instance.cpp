@@ -20,6 +20,14 @@ Instance::Instance(const mjt_instance& resolved, std::shared_ptr<const Pad> pad,
   const int* outputs = resolved_.outputs;
   needs_stress_ = resolved_.visual != 0 || std::any_of(outputs, outputs + resolved_.output_count,
                                                        [](int output) { return output != MJT_WRENCH; });
+  if (resolved_.visual == 0) return;
+  const int* const shown = std::find(outputs, outputs + resolved_.output_count, MJT_VON_MISES);
+  if (shown == outputs + resolved_.output_count) {
+    readings_.assign(static_cast<std::size_t>(resolved_.taxels), 0.0);
+  } else {
+    shown_ = addresses_.front();
+    for (const int* output = outputs; output != shown; ++output) shown_ += output_size(*output, resolved_.taxels);
+  }
 }
 
 int output_size(int output, int taxels) {
@@ -36,12 +44,9 @@ int output_size(int output, int taxels) {
   }
 }
 
-void Instance::take(Instance& other, const Data* data) {
+void Instance::take(const Instance& other) {
   reader_.take_sleeping(other.reader_);
-  if (resolved_.visual == 0) return;
-  const double* readings = other.shown(data);
-  readings_.assign(readings, readings + resolved_.taxels);
-  copied_ = true;
+  readings_ = other.readings_;
 }
 
 std::unique_ptr<Instance> Instance::another() const {
@@ -51,12 +56,12 @@ std::unique_ptr<Instance> Instance::another() const {
 void Instance::compute(const Model* model, Data* data, const double* state) {
   reader_.read(model, data, {state[0], state[1]}, needs_stress_);
   computed_ = true;
-  copied_ = false;
   double* sensordata = field<double*>(data, running.layout.data_sensordata);
   for (const int address : addresses_) {
     double* to = sensordata + address;
     for (int i = 0; i < resolved_.output_count; ++i) to = write(resolved_.outputs[i], to);
   }
+  if (!readings_.empty()) reader_.sensor().readings(readings_.data());
 }
 
 void Instance::advance(double* state) {
@@ -67,24 +72,10 @@ void Instance::advance(double* state) {
   state[1] = after.steps;
 }
 
-// The readings that a heat map shows: those in mjData if they are an output, else those that the sensor has computed
-// last.
-const double* Instance::shown(const Data* data) {
-  const double* output = field<const double*>(data, running.layout.data_sensordata) + addresses_.front();
-  for (int i = 0; i < resolved_.output_count; ++i) {
-    if (resolved_.outputs[i] == MJT_VON_MISES) return output;
-    output += output_size(resolved_.outputs[i], resolved_.taxels);
-  }
-  if (!copied_) {
-    readings_.resize(static_cast<std::size_t>(resolved_.taxels));
-    reader_.sensor().readings(readings_.data());
-  }
-  return readings_.data();
-}
-
 void Instance::visualize(const Model* model, const Data* data, Scene* scene) {
   if (resolved_.visual == 0) return;
-  const double* readings = shown(data);
+  const double* sensordata = field<const double*>(data, running.layout.data_sensordata);
+  const double* readings = shown_ < 0 ? readings_.data() : sensordata + shown_;
   const std::vector<Tile>& tiles = reader_.pad()->tiles();
   double most = 0.0;
   for (const Tile& tile : tiles) most = std::max(most, readings[tile.reading]);

@@ -17,17 +17,18 @@ int output_size(int output, int taxels);
 class Instance {
  public:
   // `addresses`: of the sensor's outputs in mjData's sensordata.
-  Instance(const mjt_instance& resolved, std::shared_ptr<const Pad> pad, int geom, std::vector<int> addresses, std::shared_ptr<Context> context);
+  Instance(const mjt_instance& resolved, std::shared_ptr<const Pad> pad, int geom, std::vector<int> addresses,
+           std::shared_ptr<Context> context);
   void prepare(const Model* model) { reader_.prepare(model); }
-  // Take over from the same pad in the simulation `data`, of which this one is now a copy: contacts of sleeping bodies,
-  // and the readings that are shown. A viewer draws a copy in which no sensor computes anything.
-  void take(Instance& other, const Data* data);
+  // Take over from the same pad in a simulation of which this one is now a copy: contacts of sleeping bodies, and the
+  // readings that are shown. A viewer draws a copy in which no sensor computes anything.
+  void take(const Instance& other);
   // An instance of the same pad for another simulation, with its own memory.
   std::unique_ptr<Instance> another() const;
 
   // Write the outputs. `state`: the two numbers that the plugin keeps in mjData.
   void compute(const Model* model, Data* data, const double* state);
-  // Bring the state to the end of the step. It stays as it is if the step did not read the pad.
+  // Bring the state to the end of the step. It stays as it is if the pad was not read since the last step.
   void advance(double* state);
   // Draw the heat map, if it is wanted.
   void visualize(const Model* model, const Data* data, Scene* scene);
@@ -35,15 +36,15 @@ class Instance {
 
  private:
   double* write(int output, double* to);
-  const double* shown(const Data* data);
 
   mjt_instance resolved_;
   std::vector<int> addresses_;
   Reader reader_;
   bool needs_stress_ = true;  // false if only the contact wrench is wanted
   bool computed_ = false;     // whether outputs were written since the state was brought to the end of a step
-  std::vector<double> readings_;   // that a heat map shows, if they are no output
-  bool copied_ = false;            // whether they are those of another simulation
+  // The readings that a heat map shows: their address in sensordata, or they themselves if they are no output.
+  int shown_ = -1;
+  std::vector<double> readings_;
 };
 
 }  // namespace mjtactile::mujoco

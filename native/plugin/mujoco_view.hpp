@@ -26,13 +26,14 @@ struct Scene;   // mjvScene
 // Offsets of fields [bytes], filled by Python in this order (mjtactile/plugin/mujoco_layout.py). Sizes are read as int.
 // If a version has wider ones, their first bytes are the same on a little-endian machine.
 struct Layout {
-  std::int64_t model_opt, model_nsensor, model_nbody, model_npair, model_nexclude, model_body_parentid, model_body_weldid, model_body_mocapid,
-      model_body_pos, model_body_quat, model_geom_type, model_geom_bodyid, model_geom_contype, model_geom_conaffinity,
-      model_geom_dataid, model_geom_size, model_geom_pos, model_geom_quat, model_body_geomnum, model_body_geomadr,
-      model_mesh_vertadr, model_mesh_vertnum, model_mesh_faceadr, model_mesh_facenum, model_mesh_vert,
-      model_mesh_face, model_mesh_pos, model_mesh_quat, model_hfield_nrow, model_hfield_ncol, model_hfield_adr,
-      model_hfield_size, model_hfield_data, model_pair_geom1, model_pair_geom2, model_exclude_signature, model_names, model_name_geomadr,
-      model_sensor_plugin, model_sensor_objtype, model_sensor_objid, model_sensor_adr, model_plugin_stateadr;
+  std::int64_t model_opt, model_nsensor, model_nbody, model_npair, model_nexclude, model_body_parentid,
+      model_body_weldid, model_body_mocapid, model_body_pos, model_body_quat, model_geom_type, model_geom_bodyid,
+      model_geom_contype, model_geom_conaffinity, model_geom_dataid, model_geom_size, model_geom_pos, model_geom_quat,
+      model_body_geomnum, model_body_geomadr, model_mesh_vertadr, model_mesh_vertnum, model_mesh_faceadr,
+      model_mesh_facenum, model_mesh_vert, model_mesh_face, model_mesh_pos, model_mesh_quat, model_hfield_nrow,
+      model_hfield_ncol, model_hfield_adr, model_hfield_size, model_hfield_data, model_pair_geom1, model_pair_geom2,
+      model_exclude_signature, model_names, model_name_geomadr, model_sensor_plugin, model_sensor_objtype,
+      model_sensor_objid, model_sensor_adr, model_plugin_stateadr;
   std::int64_t option_disableflags;
   std::int64_t data_ncon, data_contact, data_xpos, data_xmat, data_geom_xpos, data_geom_xmat, data_sensordata,
       data_plugin_state;

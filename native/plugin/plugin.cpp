@@ -111,14 +111,14 @@ void destroy(Data* data, int instance) { simulations().drop(data, instance); }
 
 // MuJoCo copies the plugin's state and outputs. A simulation that was made without `init` needs a new instance, too.
 void copy(Data* to, const Model*, const Data* from, int instance) {
-  Instance* original = simulations().find(from, instance);
+  const Instance* original = simulations().find(from, instance);
   if (original == nullptr) return;
   Instance* known = simulations().find(to, instance);
   if (known == nullptr) {
     simulations().keep(to, instance, original->another());
     known = simulations().find(to, instance);
   }
-  known->take(*original, from);
+  known->take(*original);
 }
 
 void reset(const Model*, double* state, void*, int) { state[0] = state[1] = 0.0; }
@@ -163,7 +163,8 @@ struct mjt_reader {
 };
 
 mjt_reader* mjt_reader_new(const mjt_instance* instance, int geom) {
-  return new mjt_reader{Reader(*instance, instance->pad->pad, geom, std::make_shared<Context>(instance->context, false))};
+  auto context = std::make_shared<Context>(instance->context, false);
+  return new mjt_reader{Reader(*instance, instance->pad->pad, geom, std::move(context))};
 }
 
 void mjt_reader_read(mjt_reader* reader, const void* model, const void* data, double* readings, double* stress,

@@ -1,4 +1,6 @@
 import math
+from decimal import Decimal
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -6,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mjtactile.errors import UnitError
-from mjtactile.units import finite_number, is_whole, parse_force, parse_millimetres
+from mjtactile.units import finite_number, is_whole, parse_force, parse_millimetres, real_numbers
 
 
 @pytest.mark.parametrize(
@@ -47,7 +49,23 @@ def test_numbers_are_those_of_python_and_numpy(value):
     assert is_whole(value) == isinstance(value, int | np.integer)
 
 
-@pytest.mark.parametrize("value", [True, np.bool_(True), "1", b"1", None, 1j, [], np.ones(2), math.inf, 10**400])
+@pytest.mark.parametrize(
+    "value", [True, np.bool_(True), "1", b"1", None, 1j, np.complex128(1j), [], np.ones(2), math.inf, 10**400]
+)
 def test_everything_else_is_no_finite_number(value):
     assert math.isnan(finite_number(value))
     assert is_whole(value) == (value == 10**400 if isinstance(value, int) else False)
+
+
+@pytest.mark.parametrize("values", [1, [1, 2.5], np.ones((2, 3)), [Fraction(1, 2), Decimal(2)], [10**30], [math.nan]])
+def test_arrays_are_of_real_numbers(values):
+    numbers = real_numbers(values)
+    assert numbers is not None
+    np.testing.assert_array_equal(numbers.astype(float), np.asarray(values, dtype=float))
+
+
+@pytest.mark.parametrize(
+    "values", [None, [1.0, None], "1", ["1"], [1j], np.ones(1, complex), [[1], [1, 2]], {}, [10**400]]
+)
+def test_everything_else_is_no_array_of_them(values):
+    assert real_numbers(values) is None

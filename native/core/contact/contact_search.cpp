@@ -18,9 +18,6 @@ constexpr std::size_t kFewSamples = 16;
 // Samples that are higher than the level by less than this share count as below it. Nearly symmetric bodies have pairs
 // of samples of nearly equal heights, and a level between the two would make the contact one-sided.
 constexpr double kTogether = 1e-3;
-// These grids are smaller than the part by this factor, and samples of the rim lie as far inside. Rounding would decide
-// whether a point exactly on the sheet's edge has a height.
-constexpr double kWithin = 1.0 - 1e-9;
 // Distance from the line between two cells of the grid at which a point lies on it, over the cell's size.
 constexpr double kOnLine = 1e-6;
 // Largest number of parts that are sampled on their own. If there are more, they are treated as one part.

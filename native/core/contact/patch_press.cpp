@@ -45,8 +45,8 @@ struct LaidLower {
 };
 constexpr LaidLower kLaidLowerTilting = {0.2, 0.7}, kLaidLowerFree = {0.6, 0.5}, kLaidLower = {0.66, 0.9};
 // Cells that are cut off at their largest height end inside the contact if more than kGoesOn of them press. This counts
-// only if the other cells have more than kWithin times their area.
-constexpr double kGoesOn = 0.5, kWithin = 0.5;
+// only if the other cells have more than kOthersAtLeast times their area.
+constexpr double kGoesOn = 0.5, kOthersAtLeast = 0.5;
 constexpr double kOtherPart = 2.0;       // other parts of the body begin outside a region enlarged by this factor
 
 // Contacts whose cells tell the body's shape badly are pressed on more of them, in proportion to their roughness.
@@ -579,7 +579,7 @@ bool PatchPress::ends_early() const {
   const auto are_few = [this](const std::vector<std::uint8_t>& ends) {
     double within = 0.0, at_end = 0.0;
     for (std::size_t i = 0; i < ends.size(); ++i) (ends[i] ? at_end : within) += laid_.cells.face().areas[i];
-    return at_end > 0.0 && within > kWithin * at_end;
+    return at_end > 0.0 && within > kOthersAtLeast * at_end;
   };
   if (goes_beyond()) return are_few(laid_.cells.goes_on());
   // If all cells press, the end of their lattice may be the end of a part that was cut off exactly there.

@@ -14,9 +14,6 @@ namespace {
 constexpr double kAsLongAsWide = 2.003;  // largest length of a compact spot over its width
 constexpr double kLeastWider = 1.5;      // least size of a region over that of the spot
 constexpr double kTrimmed = 0.6;         // least share of an open spot's region that is kept
-// Regions end inside of a body's sides by this factor, or rounding would decide whether the body is over the nodes of
-// cells that lie on them.
-constexpr double kWithin = 1.0 - 1e-9;
 constexpr double kElongated = 3.003;     // spots that are longer than this, over their width, do not count as open
 
 // Number of cells.

@@ -188,14 +188,17 @@ void FlatMap::heights(const std::vector<Point>& points, std::vector<double>& to)
 
 bool FlatMap::part_below(const Segment& line, const double (&plane)[2], SegmentPart& part) const {
   const auto& [from, to] = line;
-  if (convex_) {
-    part = {};
-    for (const Side& side : sides_) part.keep_positive(side.inside(from.x, from.y), side.inside(to.x, to.y));
-  } else {
-    part = part_between_edges(line);
-  }
+  part = {};
+  for (const Side& side : sides_) part.keep_positive(side.inside(from.x, from.y), side.inside(to.x, to.y));
   keep_within(sheet_, line, part);
   part.keep_positive(plane[0], plane[1]);
+  if (convex_ || part.is_empty()) return true;
+  // Of a face with notches, the sheet and the plane cut the segment before its edges do: they may cut it in a notch.
+  const double low = part.low, length = part.high - part.low;
+  const Point start = {from.x + low * (to.x - from.x), from.y + low * (to.y - from.y)};
+  const Point end = {start.x + length * (to.x - from.x), start.y + length * (to.y - from.y)};
+  const SegmentPart inner = part_between_edges({start, end});
+  part = {low + inner.low * length, low + inner.high * length};
   return true;
 }
 

@@ -23,8 +23,8 @@ class HeightMap {
     to.clear();
     for (const Point& at : points) to.push_back(height(at.x, at.y));
   }
-  // The part of a segment over which the body is no higher than a plane, given the plane's heights at the segment's
-  // ends [m]. False if the map cannot tell this exactly; `part` is then undefined.
+  // The part of a segment from the first to the last point over which the body is no higher than a plane, given the
+  // plane's heights at the segment's ends [m]. False if the map cannot tell this exactly; `part` is then undefined.
   virtual bool part_below(const Segment&, const double (&)[2], SegmentPart&) const { return false; }
   // The direction [rad] of a long part of the body, given an estimate: that of a straight side if the estimate is close
   // to one, else the estimate.

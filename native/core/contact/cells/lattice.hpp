@@ -8,6 +8,10 @@
 
 namespace mjtactile {
 
+// Grids and regions are smaller than what they cover by this factor. Rounding would decide whether there is a body over
+// points exactly on an edge.
+constexpr double kWithin = 1.0 - 1e-9;
+
 // Equal rectangles in rows and columns about a centre, turned by an angle, in the pad frame.
 struct Lattice {
   Point centre;                 // [m]
