@@ -172,7 +172,7 @@ void ContactSearch::set_heights(const Plane& plane) {
 // Raise the level until the parts below it carry kSpare times the load or the contact ends, then connect the parts.
 void ContactSearch::flood(const SearchLoad& load) {
   rising_.begin(heights_);
-  const double cell = (bounds_.east - bounds_.west) * (bounds_.north - bounds_.south) / (kLines * kLines);
+  const double cell = bounds_.area() / (kLines * kLines);
   under_.assign(heights_.size(), 0);
   double around = 0.0, area = 0.0;
   sees_all_ = true;
@@ -519,7 +519,7 @@ bool ContactSearch::lower_than(const Plane& seen, double height, const std::vect
 
 Plane ContactSearch::resting(const SearchLoad& load) {
   SpringFrame frame;
-  frame.length = std::sqrt((bounds_.east - bounds_.west) * (bounds_.north - bounds_.south));
+  frame.length = std::sqrt(bounds_.area());
   frame.middle = {(bounds_.west + bounds_.east) / 2, (bounds_.south + bounds_.north) / 2};
   Plane plane = {{0.0, 0.0}, load.through};
   Point inside;

@@ -131,9 +131,7 @@ void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Stea
     return;
   }
   // The surface carries no more than its bound on pressure allows, however large the contact force is.
-  const Rectangle whole = sheet();
-  const double area = (whole.east - whole.west) * (whole.north - whole.south);
-  const double most = options_.strength > 0.0 ? options_.strength * area : largest;
+  const double most = options_.strength > 0.0 ? options_.strength * sheet().area() : largest;
   const int power = std::ilogb(std::max(std::min(largest, most), std::numeric_limits<double>::min()));
   if (std::abs(power) > kCommonPowers) power_ = power;
   const bool steady = count == 1 && before.pose == key_ && before.steps >= kSteady && !pad_->has_mean() &&
@@ -608,7 +606,7 @@ void PadSensor<Value>::note_range(const Touch& touch, const double* force, doubl
 // Add the carried part of a wrench, and note the residual if it is more than rounding.
 template <typename Value>
 void PadSensor<Value>::note_carried(const Touch& touch, const double* carried) {
-  const double length = std::sqrt((sheet().east - sheet().west) * (sheet().north - sheet().south));
+  const double length = std::sqrt(sheet().area());
   double left = 0.0, whole = 0.0;
   for (std::size_t k = 0; k < 6; ++k) {
     pressed_.carried[k] += carried[k];

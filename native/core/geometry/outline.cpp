@@ -149,7 +149,7 @@ bool clip_outline(const Outline& outline, const Placement& placement, const Rect
   if (high[1] > sheet.north) cut({1, sheet.north, -1.0}, result, workspace);
   double area = 0.0;
   for (const std::vector<Point>& ring : result.rings) area += signed_area(ring);
-  return area > kNoArea * (sheet.east - sheet.west) * (sheet.north - sheet.south);
+  return area > kNoArea * sheet.area();
 }
 
 }  // namespace mjtactile

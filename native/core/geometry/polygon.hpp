@@ -16,6 +16,7 @@ struct Rectangle {
   double west, south, east, north;
 
   bool holds(double x, double y) const { return x >= west && x <= east && y >= south && y <= north; }
+  double area() const { return (east - west) * (north - south); }
 };
 
 // Intersection of two rectangles. If it is empty, west is beyond east or south beyond north.

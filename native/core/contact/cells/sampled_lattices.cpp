@@ -184,23 +184,26 @@ std::size_t SampledLattices::former(std::size_t lattice, std::size_t place) cons
   return static_cast<std::size_t>(former_[firsts_[lattice] + place]);
 }
 
-// Whether the body is low enough at some node of a cell.
+const double* SampledLattices::corner(std::size_t lattice, std::size_t place) const {
+  const std::size_t columns = lattices_[lattice].columns;
+  return nodes_.data() + first_nodes_[lattice] + 2 * (place / columns) * nodes_across(lattice) + 2 * (place % columns);
+}
+
 bool SampledLattices::is_under(std::size_t lattice, std::size_t place) const {
-  const std::size_t columns = lattices_[lattice].columns, across = 2 * columns + 1;
-  const double* corner = nodes_.data() + first_nodes_[lattice] + 2 * (place / columns) * across + 2 * (place % columns);
+  const double* row = corner(lattice, place);
   double least = kNowhere;
-  for (std::size_t row = 0; row < 3; ++row, corner += across) {
-    least = std::min(least, std::min(std::min(corner[0], corner[1]), corner[2]));
+  for (std::size_t k = 0; k < 3; ++k, row += nodes_across(lattice)) {
+    least = std::min(least, std::min(std::min(row[0], row[1]), row[2]));
   }
   return least <= 0.0;
 }
 
 SampledLattices::Nodes SampledLattices::nodes(std::size_t lattice, std::size_t place) const {
-  const std::size_t columns = lattices_[lattice].columns, across = 2 * columns + 1;
-  const double* corner = nodes_.data() + first_nodes_[lattice] + 2 * (place / columns) * across + 2 * (place % columns);
+  const double* const first = corner(lattice, place);
+  const std::size_t across = nodes_across(lattice);
   Nodes found = {{}, 0, 0};
   for (std::size_t k = 0; k < 9; ++k) {
-    const double over = corner[k / 3 * across + k % 3];
+    const double over = first[k / 3 * across + k % 3];
     found.over[k] = over;
     found.under += over <= 0.0 ? 1 : 0;
     found.finite += std::isfinite(over) ? 1 : 0;

@@ -68,6 +68,10 @@ class SampledLattices {
   bool goes_on_beside(const HeightWindow& view, std::size_t lattice, std::size_t place) const;
 
  private:
+  // Number of nodes in a row of a lattice, and the first node of a cell.
+  std::size_t nodes_across(std::size_t lattice) const { return 2 * lattices_[lattice].columns + 1; }
+  const double* corner(std::size_t lattice, std::size_t place) const;
+  // Whether the body is low enough at some node of a cell.
   bool is_under(std::size_t lattice, std::size_t place) const;
   void append(const Lattice& lattice);
   void sample(const HeightWindow& view);
