@@ -13,6 +13,7 @@ all: it is written to a temporary folder beside its own, which is renamed at the
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -26,7 +27,7 @@ from mjtactile._files import PARTIAL, make_folder, path_from, write_atomically
 from mjtactile.errors import DatasetError, of_type, shortened
 from mjtactile.lerobot.features import Feature
 from mjtactile.lerobot.statistics import Statistics, column_statistics, joined
-from mjtactile.units import finite_number
+from mjtactile.units import finite_number, real_numbers
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -85,12 +86,23 @@ class LeRobotWriter:
         self._entered = False
 
     def __enter__(self) -> LeRobotWriter:
-        shutil.rmtree(self._partial, ignore_errors=True)  # left by a killed process
-        if self._partial.exists():
-            raise DatasetError(f"{self._partial} is left by a run that was cut off and cannot be deleted. Delete it.")
+        self._remove_partial()
         make_folder(self._partial)
         self._entered = True
         return self
+
+    def _remove_partial(self) -> None:
+        """Delete the partial folder that a killed process left."""
+        if not os.path.lexists(self._partial):
+            return
+        own = self._partial.is_dir() and {entry.name for entry in self._partial.iterdir()} <= {"data", "meta"}
+        if own and not self._partial.is_symlink():
+            shutil.rmtree(self._partial, ignore_errors=True)
+        if os.path.lexists(self._partial):
+            raise DatasetError(
+                f"{self._partial} exists, and is not a folder that a cut-off run left, or cannot be deleted. The "
+                "dataset is written there until it is whole. Move or delete it, or name another folder."
+            )
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -248,11 +260,8 @@ def _numbers(name: str, values: npt.ArrayLike) -> npt.NDArray[Any]:
     Raises:
         DatasetError: they are not.
     """
-    try:
-        array = np.asarray(values)
-    except (TypeError, ValueError):  # lists of different lengths
-        array = np.asarray(None)
-    if array.ndim == 0 or array.dtype.kind not in "fiub":
+    array = real_numbers(values)
+    if array is None or array.ndim == 0:
         raise DatasetError(
             f"column {name!r} is {shortened(values)}; expected an array of numbers with one entry per frame."
         )

@@ -110,6 +110,19 @@ def test_nothing_is_left_of_a_dataset_that_failed(tmp_path: Path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_only_what_a_killed_run_left_is_deleted(tmp_path: Path):
+    partial = tmp_path / "set.partial"
+    (partial / "data").mkdir(parents=True)
+    write(tmp_path / "set")
+    assert not partial.exists()
+    (partial / "data").mkdir(parents=True)
+    (partial / "notes.txt").write_text("mine")
+    (tmp_path / "set").rename(tmp_path / "done")
+    with pytest.raises(DatasetError, match="Move or delete it"):
+        write(tmp_path / "set")
+    assert (partial / "notes.txt").read_text() == "mine"
+
+
 def test_what_cannot_be_written_is_refused(tmp_path: Path):
     (tmp_path / "there").mkdir()
     with pytest.raises(DatasetError, match="exists already"):
