@@ -54,7 +54,7 @@ def contact_load(
     Args:
         influence: of the pad.
         footprint: of the body, made with the same influence matrices.
-        force: on the pad [N], pad frame, shape (3,); pressing is force[2] < 0.
+        force: on the pad [N], pad frame, shape (3,); it presses if it points into the surface.
         moment: about the pad's origin [N m], shape (3,); by default the force acts at the footprint's centroid.
         law: name of the contact law; by default that of the influence matrices' fidelity.
         tangential: how shear is distributed.
@@ -67,7 +67,7 @@ def contact_load(
     Returns:
         The load, computed by the compiled core; sensors of the plugin have the same load for the same contact. The
         pressure on a cell is at most the top layer's modulus. If the contact cannot carry the wrench, the load carries
-        the nearest possible wrench, and the residual is the rest.
+        one near it, and the residual is the rest.
 
     Raises:
         ContactError: an unknown name, a force or moment that is not three finite numbers, or no contact was found.
@@ -178,38 +178,40 @@ def reported(
     gives_moment = options.gives_moment
     if gives_moment and not wrench.moment_given:
         # For a body of fixed orientation without a given moment, the moment is a result, not a residual.
-        load = replace(load, residual_moment=load.residual_moment * np.array([0.0, 0.0, 1.0]))
+        left = wrench.moment_about_place(load.residual_force, load.residual_moment)
+        load = replace(load, residual_moment=load.residual_moment - left + wrench.torsion(left))
     _warn_unless_carried(load, wrench, footprint, options)
-    warn_beyond_linear_range(influence, wrench.force - load.residual_force, load.state)
+    warn_beyond_linear_range(influence, wrench.force - load.residual_force, wrench.outward, load.state)
     return load
 
 
 def _warn_unless_carried(load: SurfaceLoad, wrench: Wrench, footprint: Footprint, options: ContactOptions) -> None:
     length = math.sqrt(footprint.area)
-    size = _size(wrench.force, wrench.moment, length)
+    size = _size(wrench.force, wrench.moment_about_place(wrench.force, wrench.moment), length)
     left_force = load.residual_force
-    left_moment = load.residual_moment
-    if options.gives_moment:  # moments about x and y are results, not loads
-        left_moment = left_moment * np.array([0.0, 0.0, 1.0])
+    left_moment = wrench.moment_about_place(left_force, load.residual_moment)
+    if options.gives_moment:  # moments that tilt the body are results, not loads
+        left_moment = wrench.torsion(left_moment)
     if _size(left_force, left_moment, length) <= _RESIDUAL_TOLERANCE * size:
         return
-    pressing_left = abs(left_force[2]) + math.hypot(*left_moment[:2]) / length
+    lost, tilting_left = abs(float(left_force @ wrench.outward)), left_moment - wrench.torsion(left_moment)
     if wrench.normal < 0.0:
         reason = "the force pulls the indenter off the pad"
     elif wrench.normal == 0.0:
         reason = "there is a moment or shear but no force pressing"
-    elif abs(left_force[2]) > _RESIDUAL_TOLERANCE * size:
+    elif lost > _RESIDUAL_TOLERANCE * size:
         reason = "the force is more than its area can bear at a pressure of the top layer's modulus"
-    elif pressing_left > _RESIDUAL_TOLERANCE * size:
+    elif lost + math.hypot(*tilting_left) / length > _RESIDUAL_TOLERANCE * size:
         x, y = np.round(wrench.through * 1e3, 6) + 0.0
-        reason = f"the force passes through ({x:.4g}, {y:.4g}) mm, outside the area it spans"
+        reason = f"the force passes through ({x:.4g}, {y:.4g}) mm, outside its contact cells or too near their rim"
     elif options.friction is None:
         reason = "the area under pressure cannot carry its shear and torsion"
     else:
         reason = f"it slips: friction {options.friction} cannot carry the shear and torsion"
+    about = "" if wrench.place is None else " about the place where the force presses"
     _warn(
-        f"the footprint cannot carry this wrench: {reason}. The nearest load that it can carry is used; "
-        f"force {_format(left_force, size)} N and moment {_format(left_moment, size * length)} N m "
+        f"the footprint cannot carry this wrench: {reason}. A load near it is used; "
+        f"force {_format(left_force, size)} N and moment {_format(left_moment, size * length)} N m{about} "
         "are left over.",
         stacklevel=5,
     )
@@ -226,21 +228,22 @@ def _format(vector: Array, size: float) -> str:
     return "(" + ", ".join(f"{v:.3g}" for v in shown) + ")"
 
 
-def warn_beyond_linear_range(influence: InfluenceMatrices, force: Array, state: ContactState) -> None:
+def warn_beyond_linear_range(influence: InfluenceMatrices, force: Array, outward: Array, state: ContactState) -> None:
     """Warn if the strains under a contact are not small.
 
     Args:
         influence: of the pad.
         force: that the contact carries [N], pad frame, shape (3,); without pressure there is no warning.
+        outward: unit normal of the surface where it presses, out of the pad, shape (3,).
         state: of the contact; without an area there is no warning.
 
     Warns:
         ContactWarning: the mean pressure, with its shear, or the indentation is beyond the linear range.
     """
-    along, across, normal = force.tolist()
+    normal = float(force @ outward)
     if state.contact_area == 0.0 or normal >= 0.0:
         return
-    pressing = math.sqrt(normal**2 + 3.0 * (along**2 + across**2))
+    pressing = math.sqrt(normal**2 + 3.0 * max(float(force @ force) - normal**2, 0.0))
     reason = beyond_linear_range(influence.pad, pressing / state.contact_area, state.indentation)
     if reason is not None:
         _warn(reason, stacklevel=5)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +12,17 @@ from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.laws import BY_NAME, ContactLaw
 from mjtactile.contact.tangentials import TANGENTIAL_CHOICES, TANGENTIALS, TangentialChoice
 from mjtactile.errors import ContactError, MjTactileError, of_type, shortened
+from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.fidelity import CONTACT_LAWS as LAWS
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.pad_shape.core_surface import core_surface
 from mjtactile.units import finite_number, is_whole, real_numbers
 
 __all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactOptions", "Wrench", "contact_options", "vector", "wanted_wrench"]
 
+_UP = np.array([0.0, 0.0, 1.0])
+_UP.setflags(write=False)
 #: Whether the body may tilt under its load.
 TILTS = ("free", "fixed")
 
@@ -68,24 +72,39 @@ class Wrench:
     """A force and its moment about the pad's origin, pad frame.
 
     Attributes:
-        force: [N], shape (3,); pressing is force[2] < 0.
-        moment: [N m], shape (3,).
+        force: [N], shape (3,).
+        moment: about the origin [N m], shape (3,).
         moment_given: False if the force acts at the footprint's centroid because no moment was given.
+        place: where the force presses on a curved surface [m], shape (3,); None on a flat one, or if its line of action
+            does not meet the surface.
+        outward: unit normal of the surface there, out of the pad, shape (3,).
     """
 
     force: Array
     moment: Array
     moment_given: bool = True
+    place: Array | None = None
+    outward: Array = field(default_factory=lambda: _UP)
 
     @property
     def normal(self) -> float:
-        """Pressing force [N]."""
-        return -float(self.force[2])
+        """Pressing force, along the surface's normal [N]."""
+        return -float(self.force @ self.outward)
 
     @property
     def through(self) -> Array:
-        """Point (x, y) where the force's line of action meets the plane z = 0 [m]; for a pressing force."""
+        """Point (x, y) where a pressing force's line of action meets the surface [m]."""
+        if self.place is not None:
+            return self.place[:2]
         return np.array([self.moment[1], -self.moment[0]]) / self.normal
+
+    def moment_about_place(self, force: Array, moment: Array) -> Array:
+        """Moment about the place where the wrench presses, from a force and its moment about the origin [N m], (3,)."""
+        return moment if self.place is None else moment - np.cross(self.place, force)
+
+    def torsion(self, moment: Array) -> Array:
+        """The part along the surface's normal of a moment [N m], (3,)."""
+        return (moment @ self.outward) * self.outward
 
 
 def contact_options(
@@ -152,8 +171,19 @@ def wanted_wrench(footprint: Footprint, force: npt.ArrayLike, moment: npt.ArrayL
         (x, y), (along, across, normal), outer = footprint.centroid, wanted.tolist(), footprint.surface.outer
         z = 0.0 if outer.is_flat else float(outer.height(x, y))
         moment = np.array([y * normal - z * across, z * along - x * normal, x * across - y * along])
-        return Wrench(wanted, moment, moment_given=False)
-    return Wrench(wanted, vector("moment", moment))
+        return _on_surface(footprint.surface, Wrench(wanted, moment, moment_given=False))
+    return _on_surface(footprint.surface, Wrench(wanted, vector("moment", moment)))
+
+
+def _on_surface(surface: SurfaceGrid, wrench: Wrench) -> Wrench:
+    """The same wrench, with the place where it presses on a curved surface and the normal there."""
+    if surface.outer.is_flat:
+        return wrench
+    west, south, east, north = surface.bounds
+    outer = core_surface(surface.outer, ((east - west) / 2, (north - south) / 2))
+    place = outer.centre_of_pressure(np.concatenate([wrench.force, wrench.moment]))
+    x, y = (0.0, 0.0) if place is None else place[:2].tolist()  # the core presses at the origin then
+    return replace(wrench, place=place, outward=surface.outer.normals(x, y))
 
 
 def vector(name: str, value: npt.ArrayLike, error: type[MjTactileError] = ContactError) -> Array:

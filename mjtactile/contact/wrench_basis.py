@@ -140,7 +140,7 @@ class _Parts:
         weights = self._press.weights(wrench, self._count) if wrench.normal > 0.0 else None
         if weights is None:
             return None
-        warn_beyond_linear_range(influence, np.asarray(wrench.force), self._state)
+        warn_beyond_linear_range(influence, np.asarray(wrench.force), wrench.outward, self._state)
         shares = weights[self._used] * self._scale
         size = float(np.abs(shares).max()) or 1.0
         combined = (shares / size).astype(np.float32) @ self._response

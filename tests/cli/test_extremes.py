@@ -298,7 +298,7 @@ def test_face_of_several_parts_and_slivers(draft, way):
 def test_force_far_outside_warns_and_the_nearest_is_used(draft, way):
     face = Footprint.from_outline(box(-2e-3, -2e-3, 2e-3, 2e-3), draft.surface)
     force, moment = np.array([0.0, 0.0, -0.01]), np.array([0.0, 10.0, 0.0])
-    with pytest.warns(ContactWarning, match="outside the area it spans"):
+    with pytest.warns(ContactWarning, match="outside its contact cells"):
         load = contact_load(draft, face, force, moment=moment, cells=60, **WAYS[way])
     carried = load.resultant()[1][1] / 0.01
     assert 1.2e-3 < carried < 2e-3, "near the face's edge"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -13,8 +14,10 @@ from shapely.affinity import rotate
 from small_pads import COARSE, LAYERED_PAD, in_double_precision
 
 from mjtactile.contact.cells.half_space import bent_responses, flat_responses
-from mjtactile.contact.contact_load import contact_load, contact_loads
+from mjtactile.contact.contact_load import contact_load, contact_loads, warn_beyond_linear_range
 from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.linear_range import LINEAR_RANGE
+from mjtactile.errors import ContactWarning
 from mjtactile.fidelity import MESHES
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
@@ -44,11 +47,13 @@ def resting_ball(outer: Surface, place: tuple[float, float], radius: float = BAL
     return height
 
 
-def pressed_ball(influence: InfluenceMatrices, place=(1.2e-3, -0.7e-3), shear=(0.0, 0.0), torsion=0.0, **options):
-    """A ball pressed with .2 N along the normal above a place, with shear along the surface: load and wrench."""
+def pressed_ball(
+    influence: InfluenceMatrices, place=(1.2e-3, -0.7e-3), shear=(0.0, 0.0), torsion=0.0, press=0.2, **options
+):
+    """A ball pressed along the normal above a place, with shear along the surface: load and wrench."""
     outer = influence.surface.outer
     axes, at = outer.frames(*place), outer.positions(*place)
-    force = axes.T @ np.array([*shear, -0.2])
+    force = axes.T @ np.array([*shear, -press])
     moment = np.cross(at, force) + torsion * axes[2]
     footprint = Footprint.from_height(resting_ball(outer, place), influence.surface)
     return contact_load(influence, footprint, force, moment=moment, **options), force, moment
@@ -73,6 +78,54 @@ def test_the_nodes_carry_the_wrench(dome, place, options):
     assert load.resultant()[1] == pytest.approx(moment, abs=1e-14)
     assert np.abs(load.residual_force).max() < 1e-12
     assert load.contact_area > 0
+
+
+STEEP = (3.4e-3, 2.4e-3)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.9, 2.0])
+def test_a_force_presses_if_it_points_into_the_surface(dome, share):
+    """Also where shear along a slope makes the force point away from the middle's tangent plane."""
+    outer = dome.surface.outer
+    uphill = outer.frames(*STEEP)[:2, 2]
+    shear = share * 0.01 * outer.normals(*STEEP)[2] * uphill / (uphill @ uphill)
+    load, force, _ = pressed_ball(dome, STEEP, shear=shear, press=0.01)
+    assert (force[2] > 0.0) == (share > 1.0)
+    assert load.resultant()[0] == pytest.approx(force, abs=1e-12)
+    assert load.contact_area == pytest.approx(pressed_ball(dome, STEEP, press=0.01)[0].contact_area)
+
+
+def test_only_shear_along_the_surface_counts_as_shear(dome):
+    load = pressed_ball(dome, STEEP)[0]
+    outward = dome.surface.outer.normals(*STEEP)
+    most = LINEAR_RANGE * dome.pad.layers[0].young * load.contact_area
+    state = replace(load.state, indentation=0.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_beyond_linear_range(dome, -0.99 * most * outward, outward, state)
+    with pytest.warns(ContactWarning, match="mean pressure"):
+        warn_beyond_linear_range(dome, -1.01 * most * outward, outward, state)
+
+
+def test_moments_that_tilt_a_body_of_fixed_orientation_are_results(dome):
+    outer = dome.surface.outer
+    axes, at = outer.frames(*STEEP), outer.positions(*STEEP)
+    force, footprint = -0.2 * axes[2], Footprint.from_height(resting_ball(outer, STEEP), dome.surface)
+    moment = np.cross(at + 1e-4 * (axes[0] + axes[1]), force)
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        contact_load(dome, footprint, force, moment=moment, tilt="fixed")
+    assert not [one for one in heard if "cannot carry" in str(one.message)]
+
+
+def test_indentation_counts_from_first_contact(dome):
+    def above(shift: float) -> Footprint:
+        ball = resting_ball(dome.surface.outer, (0.0, 0.0))
+        return Footprint.from_height(lambda x, y: ball(x, y) + shift, dome.surface)
+
+    loads = [contact_load(dome, above(shift), (0.0, 0.0, -0.2), law="elastic") for shift in (-4e-4, 0.0, 3e-4)]
+    assert [one.indentation for one in loads] == pytest.approx([loads[1].indentation] * 3, rel=1e-6)
+    assert 0.0 < loads[1].indentation < 3e-4
 
 
 def test_what_friction_cannot_hold_is_left_over(dome):

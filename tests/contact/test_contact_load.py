@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import pickle
 import warnings
@@ -192,7 +193,9 @@ def test_force_outside_the_hull_warns_and_leaves_the_rest(through):
 
 @quietly
 def test_warning_tells_how_much_is_left_over_and_where_the_force_passed():
-    with pytest.warns(ContactWarning, match=r"\(6, -?0\) mm, outside the area .* moment \(.*, 3\.\d+e-05, .*\) N m"):
+    with pytest.warns(
+        ContactWarning, match=r"\(6, -?0\) mm, outside its contact cells .* moment \(.*, 3\.\d+e-05, .*\) N m"
+    ):
         contact_load(INFLUENCE, SQUARE, (0, 0, -0.01), moment=moment_of(np.array([0, 0, -0.01]), (6e-3, 0)))
 
 
@@ -352,6 +355,17 @@ def test_a_flat_face_that_lifts_off_in_part_is_read_on_cells_of_what_still_press
             for cells in (32, 2500)
         )
         assert np.linalg.norm(few - dense) <= 0.1 * np.linalg.norm(dense)
+
+
+def test_readings_change_evenly_as_the_force_nears_a_faces_rim():
+    footprint = Footprint.from_outline(box(-2e-3, -2e-3, 2e-3, 2e-3), INFLUENCE.surface)
+    force = np.array([0.0, 0.0, -0.01])
+    readings = []
+    for x in np.arange(1.90e-3, 1.98e-3, 5e-6):
+        load = contact_load(INFLUENCE, footprint, force, moment=moment_of(force, (x, 0.0)), law="elastic", cells=120)
+        readings.append(INFLUENCE.readings(load))
+    changes = [np.linalg.norm(b - a) / np.linalg.norm(b) for a, b in itertools.pairwise(readings)]
+    assert max(changes) < 0.01
 
 
 @pytest.mark.parametrize(("tangential", "friction"), [("stick", None), ("coulomb", 0.8)])

@@ -99,6 +99,7 @@ bool ContactSearch::look(const HeightMap& map) {
     const double height_there = map.height(at.x, at.y);
     if (std::isfinite(height_there)) offer(at, height_there);
   }
+  corners_ = map.corners();
   look_at_rim(map);
   least_ = *std::min_element(raw_.begin(), raw_.end());
   return std::isfinite(least_);
@@ -480,8 +481,8 @@ bool ContactSearch::supported(const SearchLoad& load) const {
 }
 
 std::vector<Point> ContactSearch::covered() const {
-  // All corners of the hull are ends of a row of the grid or points that were moved off the grid.
-  std::vector<Point> ends;
+  // All corners of the hull are those of a flat face, ends of a row of the grid or points that were moved off the grid.
+  std::vector<Point> ends = corners_;
   for (const std::size_t sample : moved_) ends.push_back(points_[sample]);
   const auto counts = [this](std::size_t sample) {
     return std::isfinite(raw_[sample]) && std::find(moved_.begin(), moved_.end(), sample) == moved_.end();

@@ -143,6 +143,7 @@ class ContactSearch {
   Rectangle bounds_ = {};
   const HeightMap* map_ = nullptr;
   std::vector<Point> points_, closer_;
+  std::vector<Point> corners_;       // of a flat face
   std::vector<std::size_t> moved_;   // samples whose points do not belong to the grid
   std::vector<double> raw_, heights_;
   RimSide rim_[4];

@@ -695,7 +695,7 @@ SolvedCells PadSensor<Value>::solved_cells(std::size_t touch) const {
   solved.contact = &press.contact();
   solved.face = &press.cells();
   solved.placement = press.placement();
-  if (curved()) solved.bent = &press.laid();
+  if (curved()) solved.bent = &press.laid(), solved.least = press.patch.least();
   solved.carried = press.carried;
   if (!whole) solved.view = press.flat ? &press.face.view() : &press.patch.view();
   solved.heights = press.heights();
