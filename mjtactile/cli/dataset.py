@@ -169,10 +169,17 @@ def _record_environment(name: str, out: Path, episodes: int, settings: TrialSett
     recorder = LeRobotRecorder(env, out, flat=flat)
     with progress_bar("recording", episodes) as advance:
         for episode in range(episodes):
-            recorder.reset(seed=settings.seed + episode)
+            recorder.reset(seed=_episode_seed(settings.seed, episode))
             ended = False
             while not ended:
                 _, _, terminated, truncated, _ = recorder.step(env.action_space.sample())
                 ended = terminated or truncated
             advance(1)
     recorder.close()
+
+
+def _episode_seed(seed: int, episode: int) -> int:
+    """Seed of an episode of the environment; other seeds of the recording have other episodes."""
+    import numpy as np
+
+    return int(np.random.SeedSequence([seed, episode]).generate_state(1, np.uint64)[0])

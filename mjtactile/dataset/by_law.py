@@ -8,6 +8,7 @@ curved pads see on_surface.py.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ from mjtactile.dataset.on_surface import curved_pose_readings
 from mjtactile.dataset.sampling import OutlinePresses, PosePresses
 from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, shape_face, sized_face, sphere_height
 from mjtactile.dataset.spec import ContactSpec
-from mjtactile.errors import DatasetError, FootprintError
+from mjtactile.errors import DatasetError, FootprintError, SceneError
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad
 from mjtactile.plugin.health import quiet_contacts
@@ -65,27 +66,28 @@ def pose_footprint(influence: InfluenceMatrices, presses: OutlinePresses, pose: 
 
 
 def always_on_pad(contact: ContactSpec, pad: Pad) -> bool:
-    """Whether it is plain that bodies of this kind of contact are on a flat pad at every pose."""
+    """Whether it is plain that bodies of this kind of contact are on the pad at every pose."""
     return all(_is_on_pad(shape, contact.size[1], contact.shift, pad) for shape in contact.shapes)
 
 
-def check_on_pad(influence: InfluenceMatrices, presses: OutlinePresses) -> None:
-    """Refuse poses at which a body misses a flat pad.
+def check_on_pad(pad: Pad, presses: OutlinePresses, touch: Callable[[PosePresses], object]) -> None:
+    """Refuse poses at which a body misses the pad.
 
     Args:
-        influence: influence matrices of the pad.
+        pad: the pad.
         presses: the presses.
+        touch: puts the body on the pad at a pose; raises FootprintError or SceneError if it misses the pad.
 
     Raises:
         DatasetError: a body misses the pad; the message names the press and the entry.
     """
     for number, pose in enumerate(presses.poses):
-        if _is_on_pad(presses.shape, presses.size, pose.shift, influence.pad):
+        if _is_on_pad(presses.shape, presses.size, pose.shift, pad):
             continue
         try:
-            pose_footprint(influence, presses, pose)
-        except FootprintError as error:
-            (x, y), (width, depth) = np.array(pose.shift) / MILLIMETRE, np.array(influence.pad.size) / MILLIMETRE
+            touch(pose)
+        except (FootprintError, SceneError) as error:
+            (x, y), (width, depth) = np.array(pose.shift) / MILLIMETRE, np.array(pad.size) / MILLIMETRE
             raise DatasetError(
                 f"press {presses.first + number * len(pose.magnitudes)}, a {Path(presses.shape).stem} of size "
                 f"{presses.size:.3g}, misses the pad of {width:g} x {depth:g} mm: [[contact]] shift puts it at "

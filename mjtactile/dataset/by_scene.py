@@ -8,13 +8,15 @@ import mujoco
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.dataset.sampling import OutlinePresses
+from mjtactile.dataset.sampling import OutlinePresses, PosePresses
 from mjtactile.dataset.shapes import shape_indenter
 from mjtactile.errors import SceneError
+from mjtactile.geometry.indenter import Indenter
 from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.pad import Pad
 from mjtactile.plugin.health import quiet_contacts
 from mjtactile.sensor import TactileSensor
-from mjtactile.sim.press_scene import press, press_scene
+from mjtactile.sim.press_scene import press, press_spec
 from mjtactile.sim.wrench import centre_of_pressure
 
 
@@ -35,13 +37,7 @@ def mujoco_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> tu
     indenter = shape_indenter(presses.shape, presses.size)
     readings, forces, points = [], [], []
     for pose in presses.poses:
-        model = press_scene(
-            indenter,
-            shift=pose.shift,
-            rotate_deg=math.degrees(pose.rotation),
-            pad=influence.pad,
-            tilt_free=presses.free,
-        )
+        model = pose_scene(indenter, influence.pad, presses, pose).compile()
         sensor = TactileSensor(model, influence=influence, law=presses.law, tangential=presses.tangential)
         for direction, magnitude in zip(pose.directions, pose.magnitudes, strict=True):
             data = mujoco.MjData(model)
@@ -53,10 +49,32 @@ def mujoco_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> tu
     return np.array(readings), np.array(forces), np.array(points)
 
 
+def pose_scene(indenter: Indenter, pad: Pad, presses: OutlinePresses, pose: PosePresses) -> mujoco.MjSpec:
+    """Press scene of the body at a pose.
+
+    Args:
+        indenter: the body, `shape_indenter` of the presses' shape and size.
+        pad: the pad.
+        presses: presses with that body.
+        pose: position and rotation of the body.
+
+    Raises:
+        SceneError: the body misses the pad, or all but a sliver of it does.
+    """
+    rotate_deg = math.degrees(pose.rotation)
+    return press_spec(indenter, shift=pose.shift, rotate_deg=rotate_deg, pad=pad, tilt_free=presses.free)
+
+
 def _settled(model: mujoco.MjModel, data: mujoco.MjData, sensor: TactileSensor, force: Array) -> tuple[Array, Array]:
-    """Readings and wrench of one press; NaN if it does not settle."""
+    """Readings and wrench of one press; NaN if it does not settle.
+
+    Raises:
+        SceneError: the press is refused before its first step, for example a force beyond the actuators' range.
+    """
     try:
         press(model, data, force)
     except SceneError:
+        if data.time == 0.0:
+            raise
         return np.full(sensor.pad.reading_shape, math.nan), np.full(6, math.nan)
     return sensor.read(data), sensor.wrench(data)

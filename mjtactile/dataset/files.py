@@ -18,7 +18,7 @@ import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,10 +30,12 @@ from mjtactile._progress import progress_bar
 from mjtactile._types import Array
 from mjtactile.dataset.sampling import NOISE, OutlinePresses, outline_presses, stream
 from mjtactile.dataset.seal import UNSEALED, is_sealed, is_whole, sealed
+from mjtactile.dataset.shapes import shape_indenter
 from mjtactile.dataset.spec import DatasetSpec
-from mjtactile.errors import DamagedPartError, DatasetError, DatasetWarning, of_type
+from mjtactile.errors import DamagedPartError, DatasetError, DatasetWarning, DistributeError, of_type, shortened
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad
+from mjtactile.units import is_whole as is_whole_number
 from mjtactile.workers import Workers, check_workers, make_files
 
 if TYPE_CHECKING:
@@ -318,25 +320,25 @@ def make_dataset(spec: DatasetSpec, folder: str | Path, *, workers: int | Worker
         progress: show a progress bar on a terminal.
 
     Returns:
-        Number of presses made by this call, without those that did not settle in MuJoCo.
+        Number of presses made by this call, without those that were left out: they did not settle in MuJoCo, or their
+        force does not press on a curved pad.
 
     Raises:
         DatasetError: `spec` is no specification or `folder` no path; the folder contains another dataset, more presses
             than specified, or another file with a part's name; a body misses the pad; another process is making the
-            dataset; or the disk is too small.
-        DistributeError: workers cannot be started or reached, or are killed repeatedly.
+            dataset; the disk is too small; or all presses of the dataset were left out.
+        DistributeError: `workers` is neither a whole number nor a `Workers`; or workers cannot be started or reached,
+            or are killed repeatedly.
         IndenterError: a mesh file cannot be read.
         OutputError: the folder cannot be made or written.
 
     Warns:
-        DatasetWarning: a part was damaged and is made again.
+        DatasetWarning: a part was damaged and is made again, or presses were left out.
     """
     require("dataset")
-    import pyarrow.parquet as pq
-
     from mjtactile.influence.cache import influence_matrices
 
-    chosen = Workers(count=workers) if isinstance(workers, int) else workers
+    chosen = _chosen(workers)
     check_workers(chosen)
     of_type(DatasetSpec, "spec", spec, DatasetError, "load_spec reads one")
     folder = path_from(folder, "folder", DatasetError)
@@ -347,6 +349,7 @@ def make_dataset(spec: DatasetSpec, folder: str | Path, *, workers: int | Worker
         _check_space(spec, folder, spec.presses - sum(end - first for first, end in kept))
         parts = {folder / part_name(part[0]): part for part in _parts(spec) if part not in kept}
         if not parts:
+            _check_some(spec, folder)
             return 0
         for preset in spec.presets:  # built once, before all workers need them at the same time
             influence_matrices(spec.pad, preset, progress=progress)
@@ -357,10 +360,58 @@ def make_dataset(spec: DatasetSpec, folder: str | Path, *, workers: int | Worker
         with progress_bar(f"pressing, {spec.backend}", total, wanted=progress) as advance:
             for path in make_files(part_file, tasks, chosen):
                 first, end = parts[path]
-                with path.open("rb") as file:  # Arrow cannot open names that are not UTF-8
-                    made += pq.ParquetFile(file).metadata.num_rows
+                made += _rows(path)
                 advance(end - first)
+        _check_some(spec, folder)
+    if made < total:
+        warnings.warn(
+            f"{total - made} of {total} presses were left out: {_why_left_out(spec)}.", DatasetWarning, stacklevel=2
+        )
     return made
+
+
+def _chosen(workers: object) -> Workers:
+    """Where parts are made.
+
+    Raises:
+        DistributeError: it is neither a whole number from 1 on nor a `Workers`.
+    """
+    if isinstance(workers, Workers):
+        return workers
+    if not is_whole_number(workers):
+        raise DistributeError(
+            f"workers = {shortened(workers)}; expected a whole number of processes, or a Workers, for example "
+            "Workers(ray=True)."
+        )
+    return Workers(count=int(workers))
+
+
+def _rows(path: Path) -> int:
+    """Number of presses in a part."""
+    require("dataset")
+    import pyarrow.parquet as pq
+
+    with path.open("rb") as file:  # Arrow cannot open names that are not UTF-8
+        return pq.ParquetFile(file).metadata.num_rows
+
+
+def _check_some(spec: DatasetSpec, folder: Path) -> None:
+    """Refuse a complete dataset without any press.
+
+    Raises:
+        DatasetError: all presses were left out.
+    """
+    if not any(_rows(folder / part_name(first)) for first, _ in _parts(spec)):
+        raise DatasetError(
+            f"all {spec.presses} presses were left out: {_why_left_out(spec)}. The dataset in {folder} is empty. "
+            "Delete it, and give other forces, tilts or shifts."
+        )
+
+
+def _why_left_out(spec: DatasetSpec) -> str:
+    if spec.backend == "mujoco":
+        return "bodies did not settle, because they slide, tip or rock"
+    return "forces did not press along -z, because they are tilted on a slope of the pad"
 
 
 def read_dataset(folder: str | Path, *, labels_only: bool = False, most: int | None = None) -> Dataset:
@@ -424,22 +475,27 @@ def _parts(spec: DatasetSpec) -> Iterator[tuple[int, int]]:
 
 
 def _check_poses(spec: DatasetSpec, parts: Iterable[tuple[int, int]]) -> None:
-    """Refuse presses that would miss a flat pad, before any is made.
+    """Refuse presses that would miss the pad, before any is made.
 
-    Bodies that miss a curved pad are refused with the specification. With backend "mujoco", a press scene refuses
-    them.
+    With backend "physics", bodies that miss a curved pad are refused with the specification.
 
     Raises:
         DatasetError: a body misses the pad; the message names the press and the entry.
     """
-    from mjtactile.dataset.by_law import always_on_pad, check_on_pad
+    from mjtactile.dataset.by_law import always_on_pad, check_on_pad, pose_footprint
 
     certain = all(always_on_pad(contact, spec.pad) for contact in spec.contacts)
-    if certain or spec.backend != "physics" or not spec.pad.surface.is_flat:
+    if certain or (spec.backend == "physics" and not spec.pad.surface.is_flat):
         return
     for outline in sorted({outline for part in parts for outline in _outlines(spec, part)}):
         presses = outline_presses(spec, outline)
-        check_on_pad(_influence(spec.pad, presses.preset), presses)
+        if spec.backend == "mujoco":
+            from mjtactile.dataset.by_scene import pose_scene
+
+            touch = partial(pose_scene, shape_indenter(presses.shape, presses.size), spec.pad, presses)
+        else:
+            touch = partial(pose_footprint, _influence(spec.pad, presses.preset), presses)
+        check_on_pad(spec.pad, presses, touch)
 
 
 def _kept(spec: DatasetSpec, folder: Path) -> set[tuple[int, int]]:

@@ -5,7 +5,8 @@
     full_scale = 100e3       # [Pa]
     imperfections = { noise = 0.002, gain_spread = 0.01, dead = 0.003, adc_bits = 12 }
 
-Every press has an array of its own, drawn from the press's seed.
+Every press has an array of its own, drawn from the press's seed, and is the only sample of that array. So delay and
+hysteresis, which act from one sample to the next, are refused.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ def reported(values: dict[str, Any], readings: Array, rng: np.random.Generator) 
         rng: generator from which the array's gains, offsets and noise are drawn.
 
     Raises:
-        DatasetError: the table names no transducer.
+        DatasetError: as `transducer_of`.
         TransducerError: a value is outside its range.
     """
     return transducer_for(values, readings.shape, seed=int(rng.integers(2**31)))(readings)
@@ -47,7 +48,7 @@ def transducer_for(values: dict[str, Any], shape: tuple[int, ...], seed: int) ->
         seed: seed of the array's gains, offsets and noise.
 
     Raises:
-        DatasetError: the table names no transducer.
+        DatasetError: as `transducer_of`.
         TransducerError: a value is outside its range, or crosstalk is given for free taxels.
     """
     imperfections, element = transducer_of(values)
@@ -61,7 +62,7 @@ def transducer_of(values: dict[str, Any]) -> tuple[Imperfections, Element]:
         values: table [transducer] of the specification.
 
     Raises:
-        DatasetError: the table names no transducer, or has an unknown entry.
+        DatasetError: the table names no transducer, has an unknown entry, or has a delay or hysteresis.
         TransducerError: a value is outside its range.
     """
     if not isinstance(values, dict):
@@ -76,6 +77,13 @@ def transducer_of(values: dict[str, Any]) -> tuple[Imperfections, Element]:
         imperfections = Imperfections(**values.get("imperfections", {}))
     except TypeError as error:
         raise DatasetError(f"[transducer] imperfections: {error}. Expected the arguments of Imperfections.") from None
+    for name in ("delay", "hysteresis"):
+        value = getattr(imperfections, name)
+        if value > 0:
+            raise DatasetError(
+                f"[transducer] imperfections: {name} = {value} acts from one sample to the next, but every press of a "
+                "dataset is a single sample of a new array. Leave it out."
+            )
     if values.get("name") == "capacitive":
         return imperfections, CapacitiveCell.with_range(full_scale)
     if values.get("name") == "piezoresistive":

@@ -11,15 +11,19 @@ import json
 import math
 import tomllib
 from dataclasses import asdict, dataclass, field
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
+
+import numpy as np
 
 from mjtactile._files import path_from, read_text, why_unread
-from mjtactile.contact.options import LAWS
+from mjtactile._types import Array
+from mjtactile.contact.options import LAWS, contact_options
 from mjtactile.contact.tangentials import WITHOUT_FRICTION
 from mjtactile.dataset.hardware import transducer_for
 from mjtactile.dataset.shapes import SHAPE_NAMES, mesh_digest, shape_face
-from mjtactile.errors import DatasetError, PadError, shortened
+from mjtactile.errors import ContactError, DatasetError, PadError, shortened
 from mjtactile.fidelity import DEFAULT, PRESETS
 from mjtactile.pad import Pad
 from mjtactile.pad_names import pad_from_file, pad_from_values
@@ -30,13 +34,30 @@ Range = tuple[float, float]
 BACKENDS = ("physics", "mujoco")
 #: Largest number of presses of one outline, poses times forces; they are made together.
 MOST_PER_OUTLINE = 10_000
-#: Largest force [gf], far outside the linear range of any pad; forces in MuJoCo are at most 255 gf along each axis.
+#: Largest force [gf], far outside the linear range of any pad; backend "mujoco" has a smaller limit.
 MOST_FORCE = 10_000.0
+
+#: Unit of a range in the file, in SI units, and its name; least and largest value in that unit.
+_Limits = tuple[float, str, float, float]
+_DEGREE = math.pi / 180.0
+_CONTACT_LIMITS: dict[str, _Limits] = {
+    "size": (1.0, "", 1e-3, 1e3),
+    "shift": (MILLIMETRE, " mm", -math.inf, math.inf),
+    "rotation": (_DEGREE, " deg", -math.inf, math.inf),
+    "force": (GRAM_FORCE, " gf", 1e-6, MOST_FORCE),
+    "tilt": (_DEGREE, " deg", 0.0, 89.0),
+    "azimuth": (_DEGREE, " deg", -math.inf, math.inf),
+}
+_NOISE_LIMITS: _Limits = (1.0, "", 0.0, MOST_NOISE)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ContactSpec:
-    """One kind of contact: bodies, positions and forces."""
+    """One kind of contact: bodies, positions and forces.
+
+    Raises:
+        DatasetError: the weight, a range or the share `upright` is invalid; the message names it.
+    """
 
     shapes: tuple[str, ...]  #: names of shapes.SHAPE_NAMES, or paths of mesh files
     weight: float = 1.0  #: relative number of presses, compared with the other kinds [-]
@@ -48,10 +69,24 @@ class ContactSpec:
     azimuth: Range = (0.0, 2.0 * math.pi)  #: direction of the tangential force, from +x towards +y [rad]
     upright: float = 0.0  #: fraction of the presses whose force is not tilted [-]
 
+    def __post_init__(self) -> None:
+        """Refuse numbers out of range."""
+        if not finite_number(self.weight) > 0.0:
+            raise DatasetError(f"[[contact]] weight = {shortened(self.weight)}; expected a positive number.")
+        for name, limits in _CONTACT_LIMITS.items():
+            _check_range(f"[[contact]] {name}", getattr(self, name), limits)
+        _check_share("[[contact]] upright", self.upright)
+
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetSpec:
-    """A dataset; make it with `load_spec`."""
+    """A dataset; make it with `load_spec`.
+
+    Raises:
+        DatasetError: a number is out of range, a law does not know a distribution of shear, bodies would be beyond a
+            curved pad, press scenes cannot make a force, or the transducer is invalid.
+        TransducerError: a value of the transducer is outside its range, or does not suit the pad.
+    """
 
     contacts: tuple[ContactSpec, ...]
     presses: int = 1000  #: number of presses
@@ -68,14 +103,20 @@ class DatasetSpec:
     pad: Pad = field(default_factory=Pad)
 
     def __post_init__(self) -> None:
-        """Refuse numbers out of range, transducers unsuitable for the pad, and positions beyond a curved pad."""
+        """Refuse numbers out of range, and what does not go together: laws, transducer, pad, positions and forces."""
         for name, least, most in (("presses", 1, MOST_PRESSES), ("seed", 0, MOST_SEED)):
             _count({name: getattr(self, name)}, name, least, least, most)
+        _check_share("free", self.free)
+        _check_range("noise", self.noise, _NOISE_LIMITS)
+        _check_laws(self.laws, self.tangential)
         if self.transducer is not None:
             transducer_for(self.transducer, self.pad.reading_shape, seed=0)
         if not self.pad.surface.is_flat:
             for contact in self.contacts:
                 _check_on_pad(contact.shift, self.pad)
+        if self.backend == "mujoco":
+            for contact in self.contacts:
+                _check_forces(contact)
 
     @property
     def presses_per_outline(self) -> int:
@@ -157,10 +198,10 @@ def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
             "proportional",
             WITHOUT_FRICTION,
         ),
-        free=_share(values, "free"),
+        free=_as_float(values.get("free", 0.0)),
         poses=_count(values, "poses", 6),
         forces=_count(values, "forces", 4),
-        noise=_range(values, "noise", (0.0, 0.0), 1.0, least=0.0, most=MOST_NOISE),
+        noise=_in_si(values.get("noise", 0.0), 1.0),
         transducer=values.get("transducer"),
         pad=pad_from(values.get("pad", {}), folder),
     )
@@ -192,21 +233,16 @@ def _contact(entry: dict[str, Any]) -> ContactSpec:
         )
     for shape in shapes:
         shape_face(shape)
-    weight = entry.get("weight", float(len(shapes)))
-    if not (_is_number(weight) and weight > 0.0):
-        raise DatasetError(f"[[contact]] weight = {shortened(weight)}; expected a positive number.")
-    turn, degree = (0.0, 360.0), math.pi / 180.0
-    shift = entry.get("shift", 0.0)
+    given = {"size": 1.0, "rotation": [0.0, 360.0], "force": [5.0, 200.0], "tilt": [0.0, 35.0]}
+    given |= {"azimuth": [0.0, 360.0], "shift": 0.0, **entry}
+    if _is_number(given["shift"]):
+        given["shift"] = [-given["shift"], given["shift"]]
+    ranges = {name: _in_si(given[name], unit) for name, (unit, *_) in _CONTACT_LIMITS.items()}
     return ContactSpec(
         shapes=tuple(shapes),
-        weight=float(weight),
-        size=_range(entry, "size", (1.0, 1.0), 1.0, least=1e-3, most=1e3),
-        shift=_range({"shift": [-shift, shift] if _is_number(shift) else shift}, "shift", (0.0, 0.0), MILLIMETRE),
-        rotation=_range(entry, "rotation", turn, degree),
-        force=_range(entry, "force", (5.0, 200.0), GRAM_FORCE, least=1e-6, most=MOST_FORCE),
-        tilt=_range(entry, "tilt", (0.0, 35.0), degree, least=0.0, most=89.0),
-        azimuth=_range(entry, "azimuth", turn, degree),
-        upright=_share(entry, "upright"),
+        weight=_as_float(entry.get("weight", len(shapes))),
+        upright=_as_float(entry.get("upright", 0.0)),
+        **ranges,
     )
 
 
@@ -240,6 +276,53 @@ def _check_on_pad(shift: Range, pad: Pad) -> None:
         )
 
 
+def _check_laws(laws: tuple[str, ...], tangential: tuple[str, ...]) -> None:
+    """Refuse a contact law and a distribution of shear that would be drawn together, but cannot be."""
+    for law in laws:
+        for one in tangential:
+            try:
+                contact_options(PRESETS[DEFAULT], law=law, tangential=one)
+            except ContactError as error:
+                raise DatasetError(
+                    f"law and tangential are drawn independently, but {error} Leave one of them out, or make a dataset "
+                    "of each."
+                ) from error
+
+
+def _check_forces(contact: ContactSpec) -> None:
+    """Refuse forces that the actuators of press scenes cannot make; each of them makes one component."""
+    force, quarter = contact.force[1], math.pi / 2
+    across = force * math.sin(0.0 if contact.upright == 1.0 else contact.tilt[1])
+    low, high = contact.azimuth
+    components = {
+        "x": across * _largest_cosine(low, high),
+        "y": across * _largest_cosine(low - quarter, high - quarter),
+        "z": force * math.cos(0.0 if contact.upright > 0.0 else contact.tilt[0]),
+    }
+    for (axis, component), most in zip(components.items(), _scene_forces().tolist(), strict=True):
+        if component > most:
+            raise DatasetError(
+                f"[[contact]] forces up to {force / GRAM_FORCE:.6g} gf may have {component / GRAM_FORCE:.6g} gf along "
+                f"{axis}, but with backend 'mujoco' a press has at most {math.floor(most / GRAM_FORCE)} gf along it. "
+                "Give a smaller force, or backend = 'physics'."
+            )
+
+
+def _largest_cosine(low: float, high: float) -> float:
+    """Largest absolute value of the cosine among the angles of a range [rad]."""
+    return 1.0 if math.ceil(low / math.pi) <= high / math.pi else max(abs(math.cos(low)), abs(math.cos(high)))
+
+
+@cache
+def _scene_forces() -> Array:
+    """Largest components of the force on the indenter of a press scene, along x, y and z [N], (3,)."""
+    from mjtactile.sim.press_scene import press_scene
+
+    model = press_scene("circle")
+    ranges = model.actuator_ctrlrange[[model.actuator(f"press_{axis}").id for axis in "xyz"]]
+    return np.abs(ranges).min(axis=1)
+
+
 def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
     """The same values with lists as tuples."""
     return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
@@ -266,11 +349,9 @@ def _count(values: dict[str, Any], name: str, default: int, least: int = 1, most
     return value
 
 
-def _share(values: dict[str, Any], name: str) -> float:
-    value = values.get(name, 0.0)
-    if not (_is_number(value) and 0.0 <= value <= 1.0):
+def _check_share(name: str, value: object) -> None:
+    if not 0.0 <= finite_number(value) <= 1.0:
         raise DatasetError(f"{name} = {shortened(value)}; expected a share from 0 to 1.")
-    return float(value)
 
 
 def _names(values: dict[str, Any], name: str, default: str, known: tuple[str, ...]) -> tuple[str, ...]:
@@ -284,19 +365,31 @@ def _names(values: dict[str, Any], name: str, default: str, known: tuple[str, ..
     return names
 
 
-def _range(
-    values: dict[str, Any],
-    name: str,
-    default: Range,
-    unit: float,
-    least: float = -math.inf,
-    most: float = math.inf,
-) -> Range:
-    """A range in SI units; a single number is both limits."""
-    given = values.get(name, default)
+def _as_float(value: Any) -> Any:
+    """A number as a float; what is none stays as it is, and the specification refuses it."""
+    return float(value) if _is_number(value) else value
+
+
+def _in_si(given: Any, unit: float) -> Any:
+    """A range of the file in SI units; a single number is both limits.
+
+    What is no range stays as it is, and the specification refuses it.
+    """
     pair = (given, given) if _is_number(given) else given
-    if not (isinstance(pair, list | tuple) and len(pair) == 2 and all(map(_is_number, pair)) and pair[0] <= pair[1]):
-        raise DatasetError(f"{name} = {shortened(given)}; expected one number, or [low, high] with low <= high.")
-    if pair[0] < least or pair[1] > most:
-        raise DatasetError(f"{name} = {shortened(given)}; expected values from {least:g} to {most:g}.")
-    return pair[0] * unit, pair[1] * unit
+    return tuple(value * unit for value in pair) if _is_pair(pair) else given
+
+
+def _is_pair(given: object) -> TypeGuard[Range]:
+    return isinstance(given, list | tuple) and len(given) == 2 and all(map(_is_number, given))
+
+
+def _check_range(name: str, given: object, limits: _Limits) -> None:
+    """Refuse what is no range in SI units, or one beyond its limits; the message has the units of the file."""
+    if not _is_pair(given):
+        raise DatasetError(f"{name} = {shortened(given)}; expected [low, high]; in a file one number may be both.")
+    unit, of, least, most = limits
+    (low, high), said = given, f"{name} = [{given[0] / unit:.6g}, {given[1] / unit:.6g}]{of}"
+    if low > high:
+        raise DatasetError(f"{said}; expected [low, high] with low <= high.")
+    if low < least * unit or high > most * unit:
+        raise DatasetError(f"{said}; expected values from {least:g} to {most:g}{of}.")

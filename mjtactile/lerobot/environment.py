@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile.envs.single import TactileEnv
-from mjtactile.envs.task import Observation
+from mjtactile.envs.task import Observation, within
 from mjtactile.envs.touch import READING_SCALE
 from mjtactile.errors import DatasetError
 from mjtactile.lerobot.features import Feature, tactile_columns, tactile_features
@@ -24,17 +24,18 @@ class LeRobotRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
     """Records observations, actions and rewards of an environment.
 
     A frame is an observation, the action taken on it, and the reward of that action. Readings are the observed ones,
-    with noise and transducer, in pascals. The dataset exists after `close()` and contains all finished episodes.
+    with noise and transducer, in pascals. Actions are the executed ones, clipped to their space. An episode begins with
+    `reset()`. The dataset exists after `close()` and contains all finished episodes.
 
     Args:
-        env: a `TactileEnv`, wrapped or not, that observes "readings" or "pascals".
+        env: a `TactileEnv` that observes "readings" or "pascals"; its wrappers may not change its spaces.
         folder: folder of the new dataset; it must not exist.
         task: description of the task; by default that of the environment's task.
         flat: whether readings are stored as vectors; see `tactile_features`.
 
     Raises:
-        DatasetError: the environment does not observe readings, its control rate is not an integer, or the folder
-            exists.
+        DatasetError: the environment does not observe readings, a wrapper changes its spaces, its control rate is not
+            an integer, or the folder exists or is being written.
     """
 
     def __init__(
@@ -47,6 +48,12 @@ class LeRobotRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
                 "only environments of mjtactile that observe readings can be recorded. Make one with "
                 "observation='readings' or 'pascals'."
             )
+        for kind in ("observation_space", "action_space"):
+            if getattr(env, kind) != getattr(inner, kind):
+                raise DatasetError(
+                    f"a wrapper in {env} changes the {kind} of the environment, so its channels are no longer those of "
+                    f"the task. Wrap the recorder instead: {type(env).__name__}(LeRobotRecorder(env, folder), ...)."
+                )
         self._inner, self._flat = inner, flat
         self._words = task or " ".join(inner.task.SUMMARY.split())
         self._scale = _READINGS[inner.task.options.observation]
@@ -62,20 +69,22 @@ class LeRobotRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
         self._closed = False
 
     def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode; an unfinished episode is dropped."""
+        """Begin an episode; an unfinished episode is dropped, also if the environment refuses the reset."""
+        self._seen, self._frames = None, []
         seen, told = self.env.reset(**options)
-        self._seen, self._frames = self._kept(seen), []
+        self._seen = self._kept(seen)
         return seen, told
 
     def step(self, action: npt.NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Step the environment and record the previous observation, the action and the reward."""
+        """Step the environment and record the previous observation, the executed action and the reward."""
         before, acted = self._seen, deepcopy(action)  # the caller's array may change
         seen, reward, terminated, truncated, told = self.env.step(action)
         if before is not None:
             ends = {"next.reward": float(reward), "next.done": terminated or truncated}
             ends |= {"next.success": bool(told.get("success", False))}
-            self._frames.append({**before, "action": np.asarray(acted, np.float32), **ends})
-        self._seen = self._kept(seen)
+            executed = within(np.asarray(acted, float), -1.0, 1.0)  # as the task does
+            self._frames.append({**before, "action": executed, **ends})
+            self._seen = self._kept(seen)
         if terminated or truncated:
             self._save()
         return seen, reward, terminated, truncated, told

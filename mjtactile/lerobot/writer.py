@@ -7,7 +7,8 @@
     data/chunk-000/file-000.parquet                 frames, episode after episode
 
 Source: https://github.com/huggingface/lerobot, version 0.4, `lerobot.datasets`. A dataset appears complete or not at
-all: it is written to a temporary folder beside its own, which is renamed at the end.
+all: it is written to a temporary folder beside its own, which is renamed at the end. A lock in that folder keeps other
+writers out.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+from filelock import FileLock, Timeout
 
 from mjtactile._files import PARTIAL, make_folder, path_from, write_atomically
 from mjtactile.errors import DatasetError, of_type, shortened
@@ -45,6 +47,8 @@ _OWN = {
     "task_index": Feature(dtype="int64"),
 }
 _TASK_NAME = "__index_level_0__"
+#: File in the temporary folder that its writer locks.
+_LOCK = ".lock"
 
 
 class LeRobotWriter:
@@ -83,20 +87,45 @@ class LeRobotWriter:
         self._statistics: dict[str, Statistics] = {}
         self._frames, self._file, self._written = 0, 0, 0
         self._open: Any = None
+        self._lock = FileLock(self._partial / _LOCK)
         self._entered = False
 
     def __enter__(self) -> LeRobotWriter:
+        """Make the temporary folder.
+
+        Raises:
+            DatasetError: another writer is at work there, or it exists and was not left by one.
+            OutputError: it cannot be made.
+        """
         self._remove_partial()
         make_folder(self._partial)
+        self._acquire()
         self._entered = True
         return self
+
+    def _acquire(self) -> None:
+        """Lock the temporary folder.
+
+        Raises:
+            DatasetError: another writer has locked it.
+        """
+        try:
+            self._lock.acquire(timeout=0)
+        except Timeout:
+            raise DatasetError(
+                f"another writer is making the dataset {self._folder}. Close it first, or name another folder."
+            ) from None
+        except NotImplementedError:  # a file system without locks
+            pass
 
     def _remove_partial(self) -> None:
         """Delete the partial folder that a killed process left."""
         if not os.path.lexists(self._partial):
             return
-        own = self._partial.is_dir() and {entry.name for entry in self._partial.iterdir()} <= {"data", "meta"}
+        own = self._partial.is_dir() and {entry.name for entry in self._partial.iterdir()} <= {"data", "meta", _LOCK}
         if own and not self._partial.is_symlink():
+            self._acquire()
+            self._lock.release()
             shutil.rmtree(self._partial, ignore_errors=True)
         if os.path.lexists(self._partial):
             raise DatasetError(
@@ -113,6 +142,7 @@ class LeRobotWriter:
             if kind is None:
                 self._finish()
         finally:
+            self._lock.release()
             shutil.rmtree(self._partial, ignore_errors=True)
 
     def add_episode(self, columns: Mapping[str, npt.NDArray[Any]], task: str) -> None:
@@ -215,7 +245,11 @@ class LeRobotWriter:
             self._open = None
 
     def _finish(self) -> None:
-        """Write the metadata and rename the folder."""
+        """Write the metadata and rename the folder.
+
+        Raises:
+            DatasetError: there are no episodes; or the folder exists by now, and the dataset got another name.
+        """
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -231,7 +265,25 @@ class LeRobotWriter:
         }
         _write_json(meta / "stats.json", statistics)
         _write_json(meta / "info.json", self._info())
-        self._partial.rename(self._folder)
+        self._lock.release()
+        (self._partial / _LOCK).unlink(missing_ok=True)
+        try:
+            self._partial.rename(self._folder)
+        except OSError as error:
+            if not os.path.lexists(self._folder):
+                raise
+            aside = self._put_aside()
+            raise DatasetError(
+                f"{self._folder} did not exist when the dataset was begun, but does now. The dataset is {aside} "
+                "instead, with all its episodes. Rename it, or keep it there."
+            ) from error
+
+    def _put_aside(self) -> Path:
+        """Give the dataset a name beside its own that does not exist."""
+        number = 1
+        while os.path.lexists(aside := self._folder.with_name(f"{self._folder.name}-{number}")):
+            number += 1
+        return self._partial.rename(aside)
 
     def _info(self) -> dict[str, Any]:
         from mjtactile._installed import __version__

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from mjtactile._types import Array, Mask
 from mjtactile.errors import TransducerError, shortened
-from mjtactile.transducer.array import Element, checked_shape, finite_readings, require_element
+from mjtactile.transducer.array import Element, Transducer, checked_shape, finite_readings, require_element
 from mjtactile.transducer.checks import require_positive
 from mjtactile.units import is_whole
 
@@ -72,9 +72,12 @@ def calibrate(
 ) -> Calibration:
     """Measure an array: readings at rest, and under one pressure everywhere.
 
+    Reports of a `Transducer` with a delay are discarded after each change of pressure until it has passed. Another
+    array must report each stress at once.
+
     Args:
         array: takes the stress at all taxels [Pa] and returns what the array reports of it [Pa], both of shape
-            `shape`; for example a `Transducer`.
+            `shape`; for example a `Transducer`, whose delay line is then full of readings under the pressure.
         element: the nominal one.
         shape: of one set of readings, (layers, rows, columns) or (taxels,).
         pressure: stress at all taxels under the known load [Pa], within the element's range; half the full scale is a
@@ -109,6 +112,8 @@ def calibrate(
 
 
 def _mean_signal(array: Callable[[Array], Array], element: Element, stress: Array, readings: int) -> Array:
+    for _ in range(array.imperfections.delay if isinstance(array, Transducer) else 0):
+        array(stress)  # reports of the pressure before
     reports = [finite_readings(array(stress)) for _ in range(readings)]
     if any(report.shape != stress.shape for report in reports):
         raise TransducerError(f"the array reports shape {reports[0].shape}; expected {stress.shape}. Give its shape=.")

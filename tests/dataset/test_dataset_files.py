@@ -14,7 +14,7 @@ from mjtactile.dataset.files import make_dataset, read_dataset
 from mjtactile.dataset.sampling import outline_presses
 from mjtactile.dataset.shapes import placed, shape_indenter, sized_face
 from mjtactile.dataset.spec import parse_spec
-from mjtactile.errors import DatasetError, OutputError
+from mjtactile.errors import DatasetError, DatasetWarning, DistributeError, OutputError, SceneError
 
 PUNCHES = {"shapes": ["star", "triangle", "cross"], "size": [0.7, 1.0], "shift": 1.5}
 SPEC = parse_spec({"presses": 20, "seed": 4, "fidelity": "fast", "poses": 2, "forces": 2, "contact": [PUNCHES]})
@@ -158,20 +158,68 @@ def test_a_dataset_is_not_continued_with_another_mesh_of_the_same_name(tmp_path)
         make_dataset(replace(spec, presses=8), tmp_path / "set", progress=False)
 
 
-def test_a_body_that_would_miss_the_pad_is_refused_before_any_press_is_made(tmp_path, monkeypatch):
-    kinds = [{"shapes": ["star", "sphere"], "shift": 11}]
-    spec = parse_spec({"presses": 400, "fidelity": "fast", "law": "uniform", "contact": kinds})
+@pytest.mark.parametrize("backend", ["physics", "mujoco"])
+def test_a_body_that_would_miss_the_pad_is_refused_before_any_press_is_made(tmp_path, monkeypatch, backend):
+    kinds = [{"shapes": ["star", "sphere"], "shift": 11 if backend == "physics" else 15}]
+    values = {"presses": 400, "fidelity": "fast", "law": "uniform", "contact": kinds, "backend": backend}
+    spec = parse_spec(values)
     monkeypatch.setattr(dataset_module, "make_files", lambda *_: pytest.fail("work began"))
     with pytest.raises(DatasetError, match=r"press \d+, a (star|sphere).*misses the pad.*shift.*smaller shift"):
         make_dataset(spec, tmp_path, progress=False)
     assert not list(tmp_path.glob("*.parquet"))
 
 
-def test_bodies_that_reach_over_the_edge_may_press(tmp_path):
-    kinds = [{"shapes": ["star", "sphere"], "shift": 10}]
-    spec = parse_spec({"presses": 24, "fidelity": "fast", "law": "uniform", "contact": kinds})
+@pytest.mark.parametrize("backend", ["physics", "mujoco"])
+def test_bodies_that_reach_over_the_edge_may_press(tmp_path, backend):
+    kinds = [{"shapes": ["star", "sphere"], "shift": 10, "tilt": 0}]
+    values = {"presses": 24, "fidelity": "fast", "law": "uniform", "contact": kinds, "backend": backend}
+    spec = parse_spec(values)
     assert make_dataset(spec, tmp_path, progress=False) == 24
     assert np.abs(read_dataset(tmp_path).shifts).max() > 7.5e-3
+
+
+# Friction of 0.8 holds forces tilted by up to 38.7 degrees; under larger ones bodies slide.
+SLIDING = parse_spec(
+    {
+        **{"presses": 12, "fidelity": "fast", "law": "uniform", "poses": 1, "forces": 2, "backend": "mujoco"},
+        "contact": [{"shapes": ["square"], "force": 50, "tilt": 60, "upright": 0.5}],
+    }
+)
+
+
+def test_how_many_presses_did_not_settle_is_said(tmp_path):
+    with pytest.warns(DatasetWarning, match=r"^\d+ of 12 presses were left out: bodies did not settle") as said:
+        made = make_dataset(SLIDING, tmp_path, progress=False)
+    assert 0 < made < 12
+    assert str(said[0].message).startswith(f"{12 - made} of 12")
+    assert len(read_dataset(tmp_path).readings) == made
+
+
+def test_a_dataset_of_which_nothing_settled_is_refused_each_time(tmp_path):
+    contact = replace(SLIDING.contacts[0], upright=0.0)
+    for _ in range(2):
+        with pytest.raises(DatasetError, match=r"all 4 presses were left out: bodies did not settle.*is empty"):
+            make_dataset(replace(SLIDING, contacts=(contact,), presses=4), tmp_path, progress=False)
+
+
+def test_a_press_that_is_refused_is_not_one_that_did_not_settle(monkeypatch):
+    """Only a press whose simulation began is left out."""
+    monkeypatch.setattr("mjtactile.dataset.spec._check_forces", lambda _: None)
+    contact = replace(SLIDING.contacts[0], force=(5.0, 5.0))
+    spec = replace(SLIDING, contacts=(contact,))
+    with pytest.raises(SceneError, match="exceeds the actuators' range"):
+        dataset_module.press_columns(spec, outline_presses(spec, 0))
+
+
+def test_workers_may_be_whole_numbers_of_numpy(tmp_path):
+    assert make_dataset(replace(SPEC, presses=4), tmp_path, workers=np.int64(1), progress=False) == 4  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("workers", [None, 1.0, True, "ray", "2"])
+def test_workers_that_are_no_number_are_refused(tmp_path, workers):
+    with pytest.raises(DistributeError, match=r"workers = .*expected a whole number of processes, or a Workers"):
+        make_dataset(SPEC, tmp_path, workers=workers, progress=False)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("path", [None, 3, b"set"])

@@ -9,7 +9,7 @@ from shapely import Polygon
 
 from mjtactile.dataset.sampling import outline_presses
 from mjtactile.dataset.shapes import shape_face
-from mjtactile.dataset.spec import load_spec, parse_spec, spec_from
+from mjtactile.dataset.spec import ContactSpec, load_spec, parse_spec, spec_from
 from mjtactile.errors import DatasetError, IndenterError, TransducerError
 from mjtactile.geometry.solid import extrude
 from mjtactile.units import GRAM_FORCE
@@ -39,12 +39,76 @@ def test_values_are_read_in_millimetres_gram_force_and_degrees():
         ({"contact": [CONTACT], "free": 1.5}, "share"),
         ({"contact": [CONTACT], "noise": -0.1}, "noise"),
         ({"contact": [CONTACT], "backend": "real"}, "mujoco"),
+        ({"contact": [{**CONTACT, "weight": "2"}]}, "weight = '2'"),
+        ({"contact": [{**CONTACT, "upright": 2}]}, "upright = 2.0; expected a share"),
+        ({"contact": [{**CONTACT, "size": [1, "x"]}]}, r"size = \[1, 'x'\]; expected \[low, high\]"),
+        ({"contact": [{**CONTACT, "tilt": [0, 95]}]}, r"tilt = \[0, 95\] deg; expected values from 0 to 89 deg"),
         ({"contact": [CONTACT], "pad": {"width": 1}}, "width"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name(values, said):
     with pytest.raises(DatasetError, match=said):
         parse_spec(values)
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"weight": math.nan}, "weight = nan; expected a positive"),
+        ({"weight": 0.0}, "weight"),
+        ({"weight": -1.0}, "weight"),
+        ({"size": (0.0, 1.0)}, "size"),
+        ({"shift": (1e-3, -1e-3)}, r"shift = \[1, -1\] mm; expected \[low, high\]"),
+        ({"rotation": (0.0, math.inf)}, "rotation"),
+        ({"force": (1.0, math.nan)}, r"force = \(1.0, nan\)"),
+        ({"force": 1.0}, "force = 1.0"),
+        ({"tilt": (0.0, 1.6)}, "tilt"),
+        ({"azimuth": ("a", "b")}, "azimuth"),
+        ({"upright": -0.1}, "upright = -0.1; expected a share"),
+    ],
+)
+def test_contacts_made_in_python_are_checked_as_those_of_files_are(values, said):
+    with pytest.raises(DatasetError, match=said):
+        ContactSpec(shapes=("star",), **values)
+
+
+def test_laws_and_distributions_of_shear_that_do_not_go_together_are_refused():
+    mixed = {"contact": [CONTACT], "law": ["elastic", "foundation"], "tangential": ["proportional", "stick"]}
+    with pytest.raises(DatasetError, match=r"'stick' needs law='elastic'; law 'foundation' knows"):
+        parse_spec(mixed)
+    parse_spec({**mixed, "law": "elastic"})
+    parse_spec({**mixed, "tangential": "proportional"})
+
+
+@pytest.mark.parametrize("name", ["delay", "hysteresis"])
+def test_imperfections_that_act_from_one_sample_to_the_next_are_refused(name):
+    transducer = {"name": "capacitive", "imperfections": {name: 3}}
+    with pytest.raises(DatasetError, match=rf"{name} = 3 acts from one sample to the next.*Leave it out"):
+        parse_spec({"contact": [CONTACT], "transducer": transducer})
+    transducer["imperfections"] = {name: 0}
+    parse_spec({"contact": [CONTACT], "transducer": transducer})
+
+
+@pytest.mark.parametrize(
+    ("force", "axis"),
+    [
+        ({"force": 255}, "z"),
+        ({"force": [5, 300], "tilt": 45, "upright": 0.1}, "z"),
+        ({"force": [5, 300], "tilt": [40, 60]}, "x"),
+        ({"force": [5, 300], "tilt": 60, "azimuth": [200, 280]}, "y"),
+    ],
+)
+def test_forces_that_press_scenes_cannot_make_are_refused(force, axis):
+    """The actuators make 2.5 N, 254.9 gf, along each axis."""
+    values = {"contact": [{"shapes": ["star"], **force}]}
+    with pytest.raises(DatasetError, match=rf"along {axis}, but with backend 'mujoco' a press has at most 254 gf"):
+        parse_spec({**values, "backend": "mujoco"})
+    parse_spec(values)
+
+
+def test_forces_that_press_scenes_just_make_are_accepted():
+    for force in ({"force": 254.9}, {"force": 350, "tilt": 45}, {"force": 290, "tilt": 60, "azimuth": [20, 60]}):
+        parse_spec({"backend": "mujoco", "contact": [{"shapes": ["star"], **force}]})
 
 
 @pytest.mark.parametrize("dead", [[5], [[0, 0, 0.5]], 5])

@@ -26,7 +26,7 @@ from mjtactile.dataset.spec import ContactSpec, DatasetSpec, load_spec, pad_from
 from mjtactile.envs.press_identify import PressIdentify
 from mjtactile.envs.simulation import SingleSimulation
 from mjtactile.envs.single import TactileEnv
-from mjtactile.errors import DatasetError, MjTactileError, RecognitionError, TransducerError
+from mjtactile.errors import DatasetError, DatasetWarning, MjTactileError, RecognitionError, TransducerError
 from mjtactile.fidelity import Fidelity
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.cache import influence_matrices
@@ -181,7 +181,8 @@ def test_a_face_lies_in_the_tangent_plane_turned_with_it():
 def test_a_force_that_points_out_of_the_pad_is_left_out(tmp_path):
     contact = ContactSpec(shapes=("sphere",), shift=(-5e-3, 5e-3), tilt=(1.2, 1.2))
     spec = DatasetSpec(contacts=(contact,), presses=24, pad=WALKED["tip"], presets=(_FIDELITY,))
-    made = make_dataset(spec, tmp_path, progress=False)
+    with pytest.warns(DatasetWarning, match=r"of 24 presses were left out: forces did not press along -z"):
+        made = make_dataset(spec, tmp_path, progress=False)
     assert 0 < made < 24
     assert (read_dataset(tmp_path).labels["force_z"] < 0.0).all()
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gymnasium.wrappers import FlattenObservation, RescaleAction, TimeLimit
 from typer.testing import CliRunner
 from written_sets import info, needs_lerobot, read, read_with_lerobot
 
@@ -11,7 +12,7 @@ from mjtactile.cli.main import app
 from mjtactile.dataset.files import make_dataset, read_dataset
 from mjtactile.dataset.spec import ContactSpec, DatasetSpec
 from mjtactile.envs.single import TactileEnv
-from mjtactile.errors import DatasetError
+from mjtactile.errors import DatasetError, EnvError
 from mjtactile.experiments.grasp.trials import TrialSettings
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 from mjtactile.lerobot.environment import LeRobotRecorder
@@ -115,6 +116,56 @@ def test_arrays_that_the_caller_writes_into_again_are_recorded_as_they_were(tmp_
     assert np.array_equal(found["observation.state"], states)
     for number, name in enumerate(GRIPPER_PADS):
         assert np.array_equal(found[f"observation.tactile.{name}"], [one[number] for one in touched])
+
+
+@pytest.mark.parametrize(
+    ("wrapped", "said"),
+    [
+        (FlattenObservation, r"FlattenObservation.* changes the observation_space"),
+        (
+            lambda env: RescaleAction(env, np.float32(-2.0), np.float32(2.0)),
+            r"RescaleAction.* changes the action_space",
+        ),
+    ],
+)
+def test_wrappers_that_change_the_spaces_are_refused(tmp_path: Path, wrapped, said):
+    env = TactileEnv("mjtactile/GraspLift-v0", observation="pascals")
+    with pytest.raises(DatasetError, match=said + r".*Wrap the recorder instead"):
+        LeRobotRecorder(wrapped(TimeLimit(env, 3)), tmp_path / "set")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_actions_are_recorded_as_executed_and_wrappers_that_keep_the_spaces_are_accepted(tmp_path: Path):
+    env = TimeLimit(TactileEnv("mjtactile/GraspLift-v0", observation="pascals"), 2)
+    recorder = LeRobotRecorder(env, tmp_path / "set")
+    recorder.reset(seed=0)
+    recorder.step(np.array([3.0, -0.5], np.float32))
+    recorder.step(np.array([-1.5, 1.0], np.float32))
+    recorder.close()
+    assert read(tmp_path / "set")["action"].tolist() == [[1.0, -0.5], [-1.0, 1.0]]
+
+
+def test_an_episode_whose_reset_was_refused_is_not_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    env = TimeLimit(TactileEnv("mjtactile/GraspLift-v0", observation="pascals"), 3)
+    recorder, still = LeRobotRecorder(env, tmp_path / "set"), np.zeros(2, np.float32)
+    recorder.reset(seed=0)
+    recorder.step(still)
+    with monkeypatch.context() as refusing:
+        refusing.setattr(env, "reset", _refuse)  # a wrapper; the environment goes on after it
+        with pytest.raises(EnvError):
+            recorder.reset()
+    recorder.step(still)
+    recorder.step(still)
+    recorder.reset(seed=1)
+    for _ in range(3):
+        recorder.step(still)
+    recorder.close()
+    assert info(tmp_path / "set")["total_episodes"] == 1
+    assert info(tmp_path / "set")["total_frames"] == 3
+
+
+def _refuse(**_options):
+    raise EnvError("refused")
 
 
 def test_a_recorder_without_a_finished_episode_closes_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

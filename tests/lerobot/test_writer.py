@@ -123,6 +123,30 @@ def test_only_what_a_killed_run_left_is_deleted(tmp_path: Path):
     assert (partial / "notes.txt").read_text() == "mine"
 
 
+def test_a_second_writer_of_a_dataset_is_refused_and_the_first_one_goes_on(tmp_path: Path):
+    first, second = (LeRobotWriter(tmp_path / "set", fps=1, features={"a": Feature()}) for _ in range(2))
+    with first:
+        first.add_episode({"a": np.zeros(1)}, "push")
+        with pytest.raises(DatasetError, match=r"another writer is making .*set"), second:
+            pass
+        first.add_episode({"a": np.ones(2)}, "push")
+    assert read(tmp_path / "set")["a"].tolist() == [0.0, 1.0, 1.0]
+    assert [path.name for path in (tmp_path / "set").glob(".*")] == []
+
+
+def test_a_dataset_whose_folder_appeared_meanwhile_gets_another_name(tmp_path: Path):
+    writer = LeRobotWriter(tmp_path / "set", fps=1, features={"a": Feature()})
+    writer.__enter__()
+    writer.add_episode({"a": np.ones(2)}, "push")
+    (tmp_path / "set").mkdir()
+    (tmp_path / "set" / "notes.txt").write_text("mine")
+    with pytest.raises(DatasetError, match=r"set did not exist .*The dataset is .*set-1 instead"):
+        writer.__exit__(None, None, None)
+    assert (tmp_path / "set" / "notes.txt").read_text() == "mine"
+    assert read(tmp_path / "set-1")["a"].tolist() == [1.0, 1.0]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["set", "set-1"]
+
+
 def test_what_cannot_be_written_is_refused(tmp_path: Path):
     (tmp_path / "there").mkdir()
     with pytest.raises(DatasetError, match="exists already"):

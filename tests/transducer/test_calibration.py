@@ -62,6 +62,18 @@ def test_dead_taxels_are_found_and_read_zero(readings):
     assert all((corrected[(slice(None), *taxel)] == 0.0).all() for taxel in dead)
 
 
+@pytest.mark.parametrize("delay", [0, 5, 50])
+def test_readings_that_are_still_of_the_pressure_before_are_discarded(delay):
+    array = Transducer(ELEMENTS[0], Imperfections(delay=delay, gain_spread=0.02), shape=SHAPE, seed=6)
+    array(np.full(SHAPE, 0.4 * FULL))  # in the delay line as the calibration begins
+    reported, inner = [], array.volts
+    array.volts = lambda readings: reported.append(None) or inner(readings)  # type: ignore[method-assign]
+    calibration = calibrate(array, ELEMENTS[0], shape=SHAPE, pressure=FULL / 2, readings=20)
+    np.testing.assert_allclose(calibration.gains, array.gains, rtol=1e-9)
+    np.testing.assert_allclose(calibration.offsets, 0.0, atol=1e-9)
+    assert len(reported) == 2 * (20 + delay)
+
+
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_a_pressure_beyond_the_elements_range_is_refused(element):
     """Every taxel would report the end of the range, and all gains would be too small by the same factor."""
