@@ -2,9 +2,11 @@
 
     python training/add_shape.py --shape hexagon --weights build/weights/all
     python training/add_shape.py --shape my_tool.stl --weights my_weights
+    python training/add_shape.py --shape other/star.stl --name my_star --weights my_weights
 
-The shape is a name of dataset/shapes.py or a mesh file whose lowest face is flat. Presses of it are made the way the
-other modules' were; of the shapes known there are examples beside the weights. Then:
+The shape is a name of dataset/shapes.py or a mesh file whose lowest face is flat. A mesh is called as its file, or by
+--name; names of other shapes are refused. Presses of it are made the way the other modules' were; of the shapes known
+there are examples beside the weights. Then:
 mjtactile.recognition.load("shape", folder=..., also=["hexagon"]).
 """
 
@@ -22,6 +24,7 @@ from arguments import parsed
 from lesson import write_module
 
 from mjtactile.dataset.files import make_dataset
+from mjtactile.dataset.shapes import SHAPE_NAMES, mesh_digest
 from mjtactile.dataset.spec import DatasetSpec, spec_from
 from mjtactile.errors import RecognitionError
 from mjtactile.recognition.features import PrincipalComponents
@@ -42,6 +45,7 @@ class Config:
 
     shape: str  #: name of a shape, or a mesh file in metres
     weights: Path  #: folder of the weights to add to
+    name: str | None = None  #: what the shape is called; by default its name, or that of its file
     presses: int = 9000  #: of the new shape
     workers: int = 2  #: processes that make presses
     like: int = 2  #: modules known that it begins as
@@ -54,9 +58,41 @@ class Config:
     seed: int = 4  #: of presses, batches and noise
 
     @property
-    def name(self) -> str:
-        """Of the shape."""
-        return Path(self.shape).stem if Path(self.shape).suffix else self.shape
+    def called(self) -> str:
+        """Name of the shape."""
+        if self.name is not None:
+            return self.name
+        return self.shape if self.shape in SHAPE_NAMES else Path(self.shape).stem
+
+    @property
+    def source(self) -> str:
+        """What tells the shape from others: its name in dataset/shapes.py, or the digest of its mesh file."""
+        return self.shape if self.shape in SHAPE_NAMES else mesh_digest(self.shape)
+
+
+def check_name(config: Config) -> None:
+    """Check that the shape's name is not that of another one.
+
+    Raises:
+        RecognitionError: a standard shape or another one in the registry has the name, or no file can.
+        IndenterError: there is no such shape, or its mesh file cannot be read.
+    """
+    name, source = config.called, config.source
+    if not name or Path(name).name != name:
+        raise RecognitionError(f"the name {name!r} is that of no file. Choose another with --name, such as my_tool.")
+    if name in SHAPE_NAMES and name != source:
+        raise RecognitionError(
+            f"'{name}' is one of the package's shapes ({', '.join(SHAPE_NAMES)}), and {config.shape} is another. "
+            "Choose another name with --name."
+        )
+    entry = read_registry(config.weights).get(f"shape {name}")
+    if entry is None or name == source:
+        return
+    if stored_module(config.weights, entry).metadata.get("source") != source:
+        raise RecognitionError(
+            f"{config.weights} has a shape '{name}' already, which was not made from {config.shape} as it is now. "
+            "Choose another name with --name."
+        )
 
 
 def of_shape(spec: DatasetSpec, config: Config) -> DatasetSpec:
@@ -80,11 +116,11 @@ def fitted(config: Config, examples: Examples, looker: Looker, known: KnownModul
     index = train[torch.randperm(len(train), generator=generator)]
     drawn = torch.rand((2, len(index)), generator=generator)
     noise = torch.where(drawn[0] < config.quiet, 0.0, drawn[1] ** 2 * config.noise)
-    own = torch.tensor(examples.shapes == config.name)
+    own = torch.tensor(examples.shapes == config.called)
     looks = look_at(looker, index, own, noise, known, imperfect=Schedule.imperfect)
     network = NewModule(most_alike(looks, known.shapes, config.like))
     schedule = Schedule(steps=config.steps, batch=config.batch, rate=config.rate, decay=1e-2)
-    fit_module(network, looks, schedule, generator, config.name)
+    fit_module(network, looks, schedule, generator, config.called)
     return network
 
 
@@ -97,23 +133,28 @@ def report(
 ) -> None:
     """How many presses held out are named right with 1 % noise, of the new shape and of the others."""
     index = torch.tensor(np.flatnonzero(examples.held_out))
-    own = torch.tensor(examples.shapes == config.name)
+    own = torch.tensor(examples.shapes == config.called)
     looks = look_at(looker, index, own, torch.full((len(index),), 0.01), known)
-    names = np.array([*(module.shape for module in known.shapes), config.name])
+    names = np.array([*(module.shape for module in known.shapes), config.called])
     with torch.no_grad():
         scores = torch.cat([looks.scores, network(looks.inputs)[:, None]], 1)
     truth = np.where(examples.shapes == "disc", "circle", examples.shapes)[examples.held_out]
     right, before = names[scores.argmax(1)] == truth, names[looks.scores.argmax(1)] == truth
     new = looks.own.numpy()
     print(
-        f"{config.name}: right with 1 % noise on presses held out: {rate(right[new])}, others: {rate(right[~new])}, "
+        f"{config.called}: right with 1 % noise on presses held out: {rate(right[new])}, others: {rate(right[~new])}, "
         f"without the new module {before[~new].mean():.2%}"
     )
 
 
 def main(config: Config) -> None:
-    """Press, fit, write and register one module, and test it on presses held out."""
+    """Press, fit, write and register one module, and test it on presses held out.
+
+    Raises:
+        RecognitionError: the folder holds no weights or no examples, or another shape of that name.
+    """
     start = time.perf_counter()
+    check_name(config)
     stored = read_weights(config.weights / "view.safetensors")
     view = PrincipalComponents.from_stored(stored)
     examples = read_examples(config.weights, view)
@@ -124,17 +165,17 @@ def main(config: Config) -> None:
     shapes = [
         ShapeModule.from_stored(stored_module(config.weights, entry))
         for entry in read_registry(config.weights).values()
-        if entry.kind == "shape" and entry.name != f"shape {config.name}"
+        if entry.kind == "shape" and entry.name != f"shape {config.called}"
     ]
     known = KnownModules(PoseNetworks.from_folder(config.weights), shapes)
     made, metadata = pressed(of_shape(spec_from(stored.metadata["dataset"]["spec"]), config), view, config)
     pressing = time.perf_counter() - start
-    examples = examples.joined(replace(made, shapes=np.full(len(made.shapes), config.name)))
+    examples = examples.joined(replace(made, shapes=np.full(len(made.shapes), config.called)))
     looker = Looker(examples, view, torch.Generator().manual_seed(config.seed))
     network = fitted(config, examples, looker, known)
     seconds = time.perf_counter() - start - pressing
-    about = {"shape": config.name, "against": [module.shape for module in shapes]}
-    file = f"shape-{config.name}.safetensors"
+    about = {"shape": config.called, "source": config.source, "against": [module.shape for module in shapes]}
+    file = f"shape-{config.called}.safetensors"
     write_module(config, file, "shape", view.layers, network.arrays(), metadata, seconds, optional=True, **about)
     report(config, examples, looker, known, network)
     print(f"{time.perf_counter() - start:.0f} s in all, {pressing:.0f} s of it for presses")

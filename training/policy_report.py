@@ -41,7 +41,7 @@ def draw_curves(results: list[dict[str, Any]]) -> Figure:
         dict.fromkeys(result["arm"] for result in results), ("tab:blue", "tab:orange"), strict=False
     ):
         runs = [result for result in results if result["arm"] == arm]
-        last = min(run["curve"][-1]["steps"] for run in runs)
+        last = min(run["curve"][-1]["steps"] if run["curve"] else 0 for run in runs)  # 0: no episode ended
         grid = np.linspace(0.0, last, 200)
         curves = [_smooth(run["curve"], grid) for run in runs]
         for curve in curves:

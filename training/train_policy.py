@@ -1,11 +1,12 @@
 """Learn to lift what one has never felt before: GraspLift with touch and without, by proximal policy optimisation.
 
     python training/train_policy.py --out build/policy                       # two arms, five seeds, figure and table
-    python training/train_policy.py --out build/policy --seeds 1 --steps 20000   # a look
+    python training/train_policy.py --out build/look --seeds 1 --steps 20000     # a look
 
 Both arms have the same body, time, networks, steps and settings; one also has its pads' readings, as their moments
 (`mjtactile.envs.touch.moments`). Training draws masses and frictions from every second band of their ranges, the test
-from the bands between. A run that is there already is not made again. Needs `pip install mjtactile[train]`.
+from the bands between. A run that is there already is not made again; one of other settings is refused. Needs
+`pip install mjtactile[train]`.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import math
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -27,14 +28,23 @@ from policy_report import draw_curves, success_table
 
 from mjtactile._files import write_atomically
 from mjtactile.cli.benchmarks.tables import table_on_page
+from mjtactile.errors import TrialsError, shortened
+from mjtactile.units import finite_number, is_whole
 
 #: What is compared: with touch, and without.
 ARMS = {"touch": "readings", "no touch": "none"}
+#: Arguments that change no run: which runs there are, where they are made and what is drawn of them.
+_OUTSIDE = ("out", "seeds", "workers", "page", "figure")
+_COUNTS = ("seeds", "steps", "environments", "workers", "test_episodes", "rollout", "epochs", "batch", "width")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Config:
-    """Arguments."""
+    """Arguments.
+
+    Raises:
+        TrialsError: a number is not one that can be trained with.
+    """
 
     out: Path  #: folder for runs, figure and table
     seeds: int = 5  #: of each arm
@@ -50,6 +60,17 @@ class Config:
     discount: float = 0.98  #: per step
     page: Path | None = None  #: Markdown file whose table, between its markers, is written anew
     figure: Path | None = None  #: where the learning curves are drawn; by default in the folder
+
+    def __post_init__(self) -> None:
+        """Refuse numbers of which nothing comes."""
+        for name in _COUNTS:
+            value = getattr(self, name)
+            if not (is_whole(value) and value >= 1):
+                raise TrialsError(f"{name} = {shortened(value)}; expected a whole number of at least 1.")
+        if not finite_number(self.rate) > 0.0:
+            raise TrialsError(f"rate = {shortened(self.rate)}; expected a positive number.")
+        if not 0.0 <= finite_number(self.discount) <= 1.0:
+            raise TrialsError(f"discount = {shortened(self.discount)}; expected a number from 0 to 1.")
 
 
 def run(config: Config, arm: str, seed: int) -> dict[str, Any]:
@@ -87,7 +108,7 @@ def run(config: Config, arm: str, seed: int) -> dict[str, Any]:
         "processor_s_with_test": time.process_time() - start,
         "curve": training.ended,
         "test": tested,
-        "config": {name: str(value) for name, value in asdict(config).items()},
+        "config": _told(config),
     }
 
 
@@ -110,10 +131,17 @@ def test(policy: Any, trained_in: StackedLifts, config: Config, arm: str) -> dic
 
 
 def main(config: Config) -> None:
-    """All runs that are missing, then figure and table."""
+    """All runs that are missing, then figure and table.
+
+    Raises:
+        TrialsError: a run in the folder is of other settings.
+    """
     write = table_on_page(config.page, "policy")
     config.out.mkdir(parents=True, exist_ok=True)
-    missing = [(arm, seed) for seed in range(config.seeds) for arm in ARMS if not _path(config, arm, seed).exists()]
+    runs = [(arm, seed) for seed in range(config.seeds) for arm in ARMS]
+    missing = [(arm, seed) for arm, seed in runs if not _path(config, arm, seed).exists()]
+    for path in (_path(config, *run) for run in runs if run not in missing):
+        check_run(path, config)
     start = time.perf_counter()
     for result in _results(config, missing):
         arm, seed = result["arm"], result["seed"]
@@ -130,6 +158,33 @@ def main(config: Config) -> None:
     write_atomically(figure, lambda file: draw_curves(results).savefig(file, format="png", dpi=130))
     write(table)
     print(table)
+
+
+def check_run(path: Path, config: Config) -> None:
+    """Check that a stored run was made with the same settings.
+
+    Raises:
+        TrialsError: a setting differs, or the file holds no run.
+    """
+    try:
+        stored = json.loads(path.read_text())["config"]
+        own = _told(config)
+        other = [
+            f"{one.name} {stored.get(one.name)}, not {own[one.name]}"
+            for one in fields(config)
+            if one.name not in _OUTSIDE and stored.get(one.name) != own[one.name]
+        ]
+    except (ValueError, LookupError, TypeError, AttributeError):
+        raise TrialsError(f"{path} holds no run. Choose another --out or delete that file.") from None
+    if other:
+        raise TrialsError(
+            f"{path} is a run of other settings: {'; '.join(other)}. Choose another --out or delete that file."
+        )
+
+
+def _told(config: Config) -> dict[str, str]:
+    """The settings, as they are stored with a run."""
+    return {name: str(value) for name, value in asdict(config).items()}
 
 
 def _results(config: Config, missing: list[tuple[str, int]]) -> Iterator[dict[str, Any]]:

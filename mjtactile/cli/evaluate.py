@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from mjtactile.cli.options import AsJson, PageOption
+from mjtactile.cli.options import AsJson, PageOption, json_text
 from mjtactile.experiments.markdown import markdown_table
 from mjtactile.fidelity import DEFAULT
 from mjtactile.units import MOST_SEED
@@ -33,7 +32,12 @@ def evaluate(
         typer.Option(help="Contact law: uniform, foundation or elastic; may be repeated.  [default: the fidelity's]"),
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
-    weights: Annotated[Path | None, typer.Option(help="Folder of other weights.  [default: the package's]")] = None,
+    weights: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of other weights, with subfolders all and top, or one of these.  [default: the package's]"
+        ),
+    ] = None,
     as_json: AsJson = False,
     page: PageOption = None,
 ) -> None:
@@ -60,7 +64,7 @@ def evaluate(
     ]
     alone = len(results) == 1
     text = tables(results[0]) if alone else side_by_side(results)
-    typer.echo(json.dumps(results[0] if alone else results, indent=2) if as_json else text)
+    typer.echo(json_text(results[0] if alone else results) if as_json else text)
     write(text)
 
 

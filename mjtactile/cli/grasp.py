@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
@@ -18,6 +17,7 @@ from mjtactile.cli.options import (
     RayOption,
     WorkersOption,
     finite,
+    json_text,
 )
 from mjtactile.fidelity import DEFAULT
 from mjtactile.units import MOST_NOISE, MOST_SEED
@@ -43,7 +43,10 @@ Noise = Annotated[
         min=0.0, max=MOST_NOISE, callback=finite, help="Standard deviation of noise over a pad's largest reading [-]."
     ),
 ]
-Weights = Annotated[Path | None, typer.Option(help="Folder of other weights.  [default: the package's]")]
+Weights = Annotated[
+    Path | None,
+    typer.Option(help="Folder of other weights, or one with their subfolders all and grasp.  [default: the package's]"),
+]
 Out = Annotated[Path | None, typer.Option(help="Store results in this file; run again to continue it.")]
 Figure = Annotated[Path | None, typer.Option(help="Draw grip against least grip to this file; lift only.")]
 
@@ -119,7 +122,7 @@ def _run(experiment: Experiment, settings: TrialSettings, workers: Workers, outp
     results = run_trials(experiment, settings, workers=workers, out=out)
     report: Report = experiment.report(results)
     text = report.markdown()
-    typer.echo(json.dumps(_as_dict(settings, report, results), indent=2) if output.as_json else text)
+    typer.echo(json_text(_as_dict(settings, report, results)) if output.as_json else text)
     write(f"Seed {settings.seed}, readings {settings.fidelity}, noise {settings.noise:g}.\n\n{text}")
     if figure is not None and experiment.figure is not None:
         save_figure(figure, experiment.figure(results), dpi=110)

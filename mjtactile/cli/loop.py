@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mjtactile.cli.options import AsJson, FidelityOption, finite
+from mjtactile.cli.options import AsJson, FidelityOption, finite, json_text
 from mjtactile.fidelity import DEFAULT
 from mjtactile.units import MOST_NOISE, MOST_SEED
 
@@ -40,7 +39,12 @@ def loop(
     transducer: Annotated[bool, typer.Option("--transducer", help="Read through imperfect capacitive cells.")] = False,
     fidelity: FidelityOption = DEFAULT,
     layers: Annotated[str, typer.Option(help="Sensing layers that recognisers use: all or top.")] = "all",
-    weights: Annotated[Path | None, typer.Option(help="Folder of other weights.  [default: the package's]")] = None,
+    weights: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of other weights, or one with their subfolders all and top.  [default: the package's]"
+        ),
+    ] = None,
     figure: Annotated[
         Path | None, typer.Option(help="Draw forces and shapes to this file.  [default: loop.png]")
     ] = None,
@@ -90,7 +94,7 @@ def loop(
         if film is not None:
             film.save(video)
     if as_json:
-        typer.echo(json.dumps(result.judged, indent=2))
+        typer.echo(json_text(result.judged))
         return
     _print(result)
     for path, made in ((figure, record), (video, film is not None)):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -44,6 +45,19 @@ def into_pad(tilt: float) -> float:
     if not abs(tilt) < 90.0:
         raise typer.BadParameter(f"{tilt:g} degrees do not press; expected more than -90 and less than 90.")
     return tilt
+
+
+def json_text(value: Any) -> str:
+    """Results as JSON, in which numbers that are not finite are null."""
+    return json.dumps(_with_nulls(value), indent=2, allow_nan=False)
+
+
+def _with_nulls(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _with_nulls(one) for name, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_with_nulls(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 PageOption = Annotated[Path | None, typer.Option(help="Write the table into this Markdown file, between its markers.")]

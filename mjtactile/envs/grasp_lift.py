@@ -24,6 +24,10 @@ MASSES, FRICTIONS = (0.02, 0.5), (0.2, 1.2)
 #: Largest mass [kg] and friction [-] that `reset` accepts: 20 and 8 times the largest that are drawn, which no gripper
 #: of 25 N lifts and no dry surface has. With absurd ones, MuJoCo diverges.
 MOST_MASS, MOST_FRICTION = 10.0, 10.0
+#: Least of both: a twentieth and a two-hundredth of the least that are drawn. Below 1e-4 kg the contacts no longer
+#: carry the commanded grip, below 1e-7 kg the object flies off, at 1e-12 kg MuJoCo's inertia is singular. MuJoCo raises
+#: frictions below 1e-5 silently.
+LEAST_MASS, LEAST_FRICTION = 1e-3, 1e-3
 #: Initial grip [N], range of the grip [N], and largest factor of its change in a step [-].
 FIRST_GRIP, GRIPS, GRIP_FACTOR = 0.1, (0.1, 25.0), 1.35
 #: Lifting speed at full action [m/s], and largest height of the hand [m].
@@ -72,11 +76,14 @@ class GraspLift(Task):
 
     Success: at the episode's end the object has risen by 10 mm, and was neither dropped nor crushed.
 
+    The grip is the contact force on either pad at the end of each step, every 40 ms. A higher peak between two ends
+    crushes nothing, and is not in the info `peak_grip`.
+
     Args:
         split: "all" masses and frictions, or the alternating bands of them for "train" or "test".
         options: other options, see `Task`.
 
-    Options of `reset`: `mass` [kg] and `friction` [-], positive and at most 10 each; by default they are drawn.
+    Options of `reset`: `mass` [kg] and `friction` [-], from 0.001 to 10 each; by default they are drawn.
     """
 
     SUMMARY = (
@@ -144,12 +151,13 @@ class GraspLift(Task):
             [[self._masses.draw(one), self._frictions.draw(one), *one.uniform(-OFFSET, OFFSET, 2)] for one in drawn]
         )
         mass, friction = options.pop("mass", None), options.pop("friction", None)
-        limited = ((mass, MOST_MASS), (friction, MOST_FRICTION))
-        right = all(value is None or 0.0 < finite_number(value) <= most for value, most in limited)
+        limited = ((mass, LEAST_MASS, MOST_MASS), (friction, LEAST_FRICTION, MOST_FRICTION))
+        right = all(value is None or least <= finite_number(value) <= most for value, least, most in limited)
         if options or not right:
             raise EnvError(
                 f"reset options mass={shortened(mass)}, friction={shortened(friction)}, {options}; expected only mass "
-                f"[kg] and friction [-], positive numbers up to {MOST_MASS:g} and {MOST_FRICTION:g}."
+                f"[kg] and friction [-], numbers from {LEAST_MASS:g} to {MOST_MASS:g} and from {LEAST_FRICTION:g} to "
+                f"{MOST_FRICTION:g}."
             )
         self._mass[rows] = np.exp(draws[:, 0]) if mass is None else mass
         self._friction[rows] = draws[:, 1] if friction is None else friction
@@ -214,7 +222,7 @@ class GraspLift(Task):
         return np.divide(np.minimum(come, needed), needed, out=share, where=needed > 0.0)
 
     def told(self) -> Told:
-        """Mass [kg] and friction of the objects, and the largest grip so far [N], (n,) each."""
+        """Mass [kg] and friction of the objects, and the largest grip at the end of a step so far [N], (n,) each."""
         return {"mass": self._mass, "friction": self._friction, "peak_grip": self._most}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
 from typing import Any
@@ -43,32 +44,37 @@ def make_vec(
         task: id of an environment of this package, or a `Task` subclass.
         num_envs: number of environments.
         threads: simulation threads on `mujoco.batch`; 0 for the number of processors.
-        autoreset_mode: see `gymnasium.vector.AutoresetMode`.
+        autoreset_mode: see `gymnasium.vector.AutoresetMode`; a mode or its name.
         copy: whether returned observations are copies; if not, the next step may overwrite them.
         batched: whether to use `mujoco.batch`; None: if it exists.
         options: options of the environments, see `TactileEnv`.
 
+    Returns:
+        The environments. For an id, their `spec` has all of these arguments, so that `gymnasium.make_vec(envs.spec)`
+        makes the same again.
+
     Raises:
-        EnvError: there is no such environment, `mujoco.batch` was requested but does not exist, or `num_envs` is less
-            than one.
+        EnvError: there is no such environment or autoreset mode, `mujoco.batch` was requested but does not exist, or
+            `num_envs` is less than one.
     """
     kind = task_of(task)
     if not (is_whole(num_envs) and num_envs >= 1):
         raise EnvError(f"num_envs = {num_envs!r}; expected at least one environment, a whole number.")
     if not (is_whole(threads) and threads >= 0):
         raise EnvError(f"threads = {threads!r}; expected a whole number, or 0 for as many as there are processors.")
-    try:
-        mode = AutoresetMode(autoreset_mode)
-    except ValueError:
-        known = ", ".join(repr(mode.value) for mode in AutoresetMode)
-        raise EnvError(f"autoreset_mode = {autoreset_mode!r} does not exist. Available: {known}.") from None
+    mode = _autoreset(autoreset_mode)
     there = find_spec("mujoco.batch") is not None
     if batched and not there:
         raise EnvError("this MuJoCo has no mujoco.batch: update it, or leave out batched=True.")
-    if not (there if batched is None else batched):
-        return SyncVectorEnv([partial(TactileEnv, kind, **options)] * num_envs, copy=copy, autoreset_mode=mode)
-    many = TactileVectorEnv(kind, num_envs, threads=threads, autoreset_mode=mode, copy=copy, **options)
-    many.spec = gymnasium.spec(task) if isinstance(task, str) and task in gymnasium.registry else None
+    many: VectorEnv[Any, Any, Any]
+    if there if batched is None else batched:
+        many = TactileVectorEnv(kind, num_envs, threads=threads, autoreset_mode=mode, copy=copy, **options)
+    else:
+        many = SyncVectorEnv([partial(TactileEnv, kind, **options)] * num_envs, copy=copy, autoreset_mode=mode)
+    if isinstance(task, str) and task in gymnasium.registry:
+        # The mode by its name, because a spec may be written as JSON.
+        own = {"threads": threads, "autoreset_mode": mode.value, "copy": copy, "batched": batched, **options}
+        many.spec = replace(gymnasium.spec(task), kwargs={"task": task, "num_envs": num_envs, **own})
     return many
 
 
@@ -81,7 +87,7 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         kind: the task.
         num_envs: number of environments.
         threads: simulation threads, including the calling one; 0 for the number of processors.
-        autoreset_mode: when a finished environment is reset.
+        autoreset_mode: when a finished environment is reset: a mode of gymnasium, or its name.
         copy: whether returned observations are copies; if not, the next step may overwrite them.
         render_mode, width, height: see `TactileEnv`.
         options: options of the task.
@@ -99,7 +105,7 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         num_envs: int,
         *,
         threads: int = 0,
-        autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         copy: bool = True,
         render_mode: str | None = None,
         width: int = 480,
@@ -108,10 +114,10 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
     ) -> None:
         check_render_mode(render_mode)
         check_picture(width, height)
-        kind = task_of(kind)
+        kind, mode = task_of(kind), _autoreset(autoreset_mode)
         self.task = kind(simulate=lambda model: BatchSimulations(model, num_envs, threads), **options)
-        self.num_envs, self.autoreset_mode, self.render_mode = num_envs, autoreset_mode, render_mode
-        self.metadata = {**TactileEnv.metadata, "autoreset_mode": autoreset_mode}
+        self.num_envs, self.autoreset_mode, self.render_mode = num_envs, mode, render_mode
+        self.metadata = {**TactileEnv.metadata, "autoreset_mode": mode}
         self.single_action_space: gymnasium.Space[Any] = self.task.action_space
         self.single_observation_space: gymnasium.Space[Any] = self.task.observation_space
         self.action_space: gymnasium.Space[Any] = batch_space(self.single_action_space, num_envs)
@@ -141,6 +147,7 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
 
         Raises:
             EnvError: an option is unknown, the mask or the seeds have the wrong length, or a seed is no whole number.
+                Environments whose options were refused must be reset again.
         """
         seeds = self._seeds(seed)
         options = reset_options(options)
@@ -167,7 +174,7 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
 
         Raises:
             EnvError: the actions do not have the space's shape or are not finite; or an environment was never reset,
-                or has ended and autoreset is disabled.
+                its last reset was refused, or it has ended and autoreset is disabled.
         """
         waiting = self._ended
         if self.autoreset_mode == AutoresetMode.DISABLED and waiting.any():
@@ -244,6 +251,19 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         if self.render_mode == "human":
             for k, drawing in enumerate(self._drawings):
                 drawing.show(*self.task.simulation.state(k))
+
+
+def _autoreset(mode: AutoresetMode | str) -> AutoresetMode:
+    """A mode, or the mode of a name.
+
+    Raises:
+        EnvError: there is no such mode.
+    """
+    try:
+        return AutoresetMode(mode)
+    except ValueError:
+        known = ", ".join(repr(mode.value) for mode in AutoresetMode)
+        raise EnvError(f"autoreset_mode = {shortened(mode)} does not exist. Available: {known}.") from None
 
 
 def _rows(mask: Mask) -> Rows:

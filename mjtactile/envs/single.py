@@ -90,7 +90,7 @@ class TactileEnv(EzPickle, gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             The first observation, and infos.
 
         Raises:
-            EnvError: the task does not know an option.
+            EnvError: the task does not know an option. The environment must be reset again then.
         """
         super().reset(seed=seed)
         self.task.begin(_ROW, [self.np_random], options)
@@ -107,7 +107,8 @@ class TactileEnv(EzPickle, gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             Observation, reward, whether the episode terminated, whether it was truncated, and infos.
 
         Raises:
-            EnvError: the action does not have the space's shape or is not finite; or the environment was never reset.
+            EnvError: the action does not have the space's shape or is not finite; or the environment was never reset,
+                or its last reset was refused.
         """
         rewards, terminated, truncated, told = self.task.step(np.asarray(action)[None], _ROW)
         self._show()

@@ -68,7 +68,7 @@ class Task(ABC):
         options: observation of the pads.
         simulation: the simulations of all environments.
         touch: observer of the environments' pads.
-        steps: number of steps since the episode began, shape (n,); -1 before the first reset.
+        steps: number of steps since the episode began, shape (n,); -1 before the first reset, and after a refused one.
         action_space, observation_space: spaces of one environment.
 
     Raises:
@@ -166,10 +166,10 @@ class Task(ABC):
             options: options of `reset`, the same for all; see the tasks.
 
         Raises:
-            EnvError: the task does not know an option.
+            EnvError: the task does not know an option. The environments must be reset again then.
         """
+        self.steps[rows] = -1  # until all is done: a reset that is refused has begun nothing
         asked = reset_options(options)
-        self.steps[rows] = 0
         self._randomise(rows, drawn)
         self._draw(rows, drawn, asked)
         # Separate streams: random numbers of later episodes must not depend on the number of observations in this one.
@@ -178,6 +178,7 @@ class Task(ABC):
         self._place(rows)
         self.simulation.forward(rows)
         self.touch.begin(rows, noise)
+        self.steps[rows] = 0
 
     def step(self, actions: npt.NDArray[np.float32], rows: Rows) -> tuple[Array, Mask, Mask, Told]:
         """Act for one control period.
@@ -192,10 +193,10 @@ class Task(ABC):
 
         Raises:
             EnvError: actions do not have the space's shape, or are not finite for an environment that advances; or an
-                environment was never reset.
+                environment was never reset, or its last reset was refused.
         """
         if self.steps.min() < 0:
-            raise EnvError("no episode has begun: reset first.")
+            raise EnvError("no episode has begun, or the last reset was refused: reset first.")
         shape = (self.simulation.count, len(self.ACTIONS))
         given = real_numbers(actions)
         if given is None or given.shape != shape or not np.isfinite(given[rows]).all():

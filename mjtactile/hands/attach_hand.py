@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections import Counter
+from collections.abc import Iterable
 
 import mujoco
 
 from mjtactile.attach import attach_pad, check_free, check_spec
-from mjtactile.errors import SceneError, of_type
+from mjtactile.errors import SceneError, of_type, shortened
 from mjtactile.fidelity import DEFAULT, Fidelity
-from mjtactile.hands.catalogue import Hand, HandPad, hand
+from mjtactile.hands.catalogue import Hand, HandPad, as_hand
 from mjtactile.hands.model_files import check_geom
 
 
@@ -19,7 +20,7 @@ def attach_hand(
     *,
     fidelity: str | Fidelity = DEFAULT,
     prefix: str = "",
-    only: Collection[str] | None = None,
+    only: Iterable[str] | None = None,
     output: str | None = "von_mises",
     visual: bool = False,
 ) -> dict[str, mujoco.MjsGeom]:
@@ -40,11 +41,13 @@ def attach_hand(
         The pads' geoms by the names of their sensors, including the prefix.
 
     Raises:
-        SceneError: there is no such hand or pad, the model lacks a body or a geom that the hand's table needs, or it
-            has one of these pads already. No pad is attached then.
+        SceneError: there is no such hand or pad, two pads have one name, `prefix` or `only` is no text or names, the
+            model lacks a body or a geom that the hand's table needs, or it has one of these pads already. No pad is
+            attached then.
     """
     check_spec(spec)
-    chosen = hand(name) if isinstance(name, str) else of_type(Hand, "name", name, SceneError, "or its name, see HANDS")
+    chosen = as_hand(name)
+    of_type(str, "prefix", prefix, SceneError, "such as 'gripper0_right_'; leave it out for none")
     pads = _wanted(chosen, only)
     bodies = {body.name for body in spec.bodies}
     if lacking := sorted({one.body for one in pads if prefix + one.body not in bodies}):
@@ -75,10 +78,20 @@ def attach_hand(
     }
 
 
-def _wanted(chosen: Hand, only: Collection[str] | None) -> list[HandPad]:
+def _wanted(chosen: Hand, only: Iterable[str] | None) -> list[HandPad]:
     names = [one.name for one in chosen.pads]
-    if isinstance(only, str):
-        raise SceneError(f"only = {only!r}; expected a collection of names of pads, such as [{only!r}].")
-    if unknown := sorted(set(only or ()) - set(names)):
+    wanted = names if only is None else _listed(only, names[:1])
+    if unknown := sorted(set(wanted) - set(names)):
         raise SceneError(f"hand '{chosen.name}' has no pad '{unknown[0]}'. Available: {', '.join(names)}.")
-    return [one for one in chosen.pads if only is None or one.name in only]
+    pads = [one for one in chosen.pads if one.name in wanted]
+    if twice := [one for one, count in Counter(pad.name for pad in pads).items() if count > 1]:
+        raise SceneError(f"hand '{chosen.name}' has several pads '{twice[0]}'. Give each a name of its own.")
+    return pads
+
+
+def _listed(only: object, example: list[str]) -> list[str]:
+    """The names of an iterable, which may be one that can be read only once."""
+    listed = None if isinstance(only, str) or not isinstance(only, Iterable) else list(only)
+    if listed is None or not all(isinstance(one, str) for one in listed):
+        raise SceneError(f"only = {shortened(only)}; expected names of pads, such as {example}.")
+    return listed

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.errors import SceneError
+from mjtactile.errors import SceneError, of_type, shortened
 from mjtactile.pad import Pad
 from mjtactile.pad_names import pad_from_values
 
@@ -93,15 +93,29 @@ class Hand:
         return sum(int(np.prod(one.pad.reading_shape)) for one in self.pads)
 
 
-@cache
 def hand(name: str) -> Hand:
     """A hand by name.
 
     Raises:
         SceneError: there is no such hand; the message lists the existing ones.
     """
-    if name not in HANDS:
-        raise SceneError(f"hand {name!r} does not exist. Available: {', '.join(HANDS)}.")
+    if not (isinstance(name, str) and name in HANDS):
+        raise SceneError(f"hand {shortened(name)} does not exist. Available: {', '.join(HANDS)}.")
+    return _read(name)
+
+
+def as_hand(name: object) -> Hand:
+    """A hand, or the hand of a name.
+
+    Raises:
+        SceneError: there is no such hand, or the argument is neither.
+    """
+    return hand(name) if isinstance(name, str) else of_type(Hand, "name", name, SceneError, "or its name, see HANDS")
+
+
+@cache
+def _read(name: str) -> Hand:
+    """The hand in a table."""
     values = tomllib.loads((_TABLES / f"{name}.toml").read_text())
     pads = {shape: pad_from_values(values["skin"] | of_shape, _TABLES) for shape, of_shape in values["shapes"].items()}
     return Hand(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+from os import PathLike
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from mjtactile.errors import SceneError
-from mjtactile.hands.catalogue import ExpectedGeom, Hand, hand
+from mjtactile.hands.catalogue import ExpectedGeom, Hand, as_hand
 
 _KINDS = {"box": mujoco.mjtGeom.mjGEOM_BOX, "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE}
 #: Tolerance on sizes and positions of geoms [m].
@@ -24,9 +25,12 @@ def check_model(name: str | Hand, path: str | Path) -> None:
         path: path of the file.
 
     Raises:
-        SceneError: the table has no checksum for that file name, the file cannot be read, or its checksum differs.
+        SceneError: there is no such hand, the path is none, the table has no checksum for that file name, the file
+            cannot be read, or its checksum differs.
     """
-    chosen = hand(name) if isinstance(name, str) else name
+    chosen = as_hand(name)
+    if not isinstance(path, str | PathLike):
+        raise SceneError(f"path is of type {type(path).__name__}; expected the path of the model's file.")
     path = Path(path)
     if path.name not in chosen.hashes:
         known = ", ".join(chosen.hashes) or f"none; it belongs to {chosen.model}"

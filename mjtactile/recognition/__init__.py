@@ -19,9 +19,9 @@ from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.force import ForceRecogniser, ForceResult
 from mjtactile.recognition.grasp import GraspRecogniser, GraspResult
 from mjtactile.recognition.pose import POSE_KINDS, PoseModule
-from mjtactile.recognition.registry import Entry, read_registry, stored_module
+from mjtactile.recognition.registry import Entry, holds_registry, read_registry, stored_module
 from mjtactile.recognition.shape import ModuleStack, ShapeModule, ShapeRecogniser, ShapeResult
-from mjtactile.recognition.weight_files import SHIPPED, check_pad
+from mjtactile.recognition.weight_files import SHIPPED, Stored, check_pad
 
 __all__ = [
     "ForceRecogniser",
@@ -43,17 +43,17 @@ _GRASP = "grasp"
 
 @overload
 def load(
-    name: Literal["force"], *, layers: str = "all", pad: Pad | None = None, folder: str | Path | None = None
+    name: Literal["force"], *, layers: str | None = None, pad: Pad | None = None, folder: str | Path | None = None
 ) -> ForceRecogniser: ...
 @overload
 def load(
-    name: Literal["grasp"], *, layers: str = "all", pad: Pad | None = None, folder: str | Path | None = None
+    name: Literal["grasp"], *, layers: str | None = None, pad: Pad | None = None, folder: str | Path | None = None
 ) -> GraspRecogniser: ...
 @overload
 def load(
     name: Literal["shape"],
     *,
-    layers: str = "all",
+    layers: str | None = None,
     pad: Pad | None = None,
     folder: str | Path | None = None,
     also: Sequence[str] = (),
@@ -61,7 +61,7 @@ def load(
 def load(
     name: str,
     *,
-    layers: str = "all",
+    layers: str | None = None,
     pad: Pad | None = None,
     folder: str | Path | None = None,
     also: Sequence[str] = (),
@@ -71,19 +71,21 @@ def load(
     Args:
         name: "force": force and position of a contact. "grasp": force and torsional moment of a grasped body, whose
             face covers the pad. "shape": name, position, size and rotation of the body's shape.
-        layers: "all" for all four sensing layers, or "top" for the one at 1 mm depth, which "grasp" does not have.
+        layers: "all" for all four sensing layers, or "top" for the one at 1 mm depth, which "grasp" does not have; by
+            default all, or those of the weights in `folder`.
         pad: the pad that is read; weights for another pad are refused. None: only the shape of readings is checked.
-        folder: folder of other weights; by default those of the package.
+        folder: folder of other weights, or one whose subfolder "all", "top" or "grasp" they are in; by default those of
+            the package.
         also: optional shapes to recognise besides the standard ones; the package has "hexagon" and "cross", for all
             layers.
 
     Raises:
-        RecognitionError: there is no such recogniser or shape, its weights are for another pad, or shapes are given to
-            a recogniser of forces.
+        RecognitionError: there is no such recogniser or shape, its weights are for another pad or other layers, or
+            shapes are given to a recogniser of forces.
     """
     if not (isinstance(name, str) and name in ("force", "grasp", "shape")):
         raise RecognitionError(f"recogniser {name!r} does not exist. Available: 'force', 'grasp', 'shape'.")
-    if name == "grasp" and layers != "all":
+    if name == "grasp" and layers not in (None, "all"):
         raise RecognitionError("the grasp recogniser needs all sensing layers. Leave out layers=.")
     if not isinstance(also, Sequence) or isinstance(also, str):
         raise RecognitionError(f"also = {shortened(also)}; expected a list of shapes, such as ['hexagon'].")
@@ -93,7 +95,7 @@ def load(
         )
     where = _weights(layers, folder, grasp=name == "grasp")
     registry = read_registry(where)
-    view = stored_module(where, _entry(registry, "view", where))
+    view = _view(registry, where, layers)
     check_pad(view, pad)
     if name != "shape":
         recogniser = GraspRecogniser if name == "grasp" else ForceRecogniser
@@ -110,26 +112,45 @@ def load(
     )
 
 
-def modules(*, layers: str = "all", folder: str | Path | None = None) -> dict[str, Entry]:
+def modules(*, layers: str | None = None, folder: str | Path | None = None) -> dict[str, Entry]:
     """The registered modules by name: kind, file, hash and the modules that each depends on.
 
     Args:
-        layers: "all" or "top", as in `load`.
-        folder: folder of other weights; by default those of the package.
+        layers: as in `load`.
+        folder: as in `load`.
 
     Raises:
         RecognitionError: there are no weights for these layers, or no registry, or it is damaged.
     """
-    return read_registry(_weights(layers, folder))
+    where = _weights(layers, folder)
+    registry = read_registry(where)
+    if layers is not None and folder is not None:
+        _view(registry, where, layers)
+    return registry
 
 
-def _weights(layers: str, folder: str | Path | None, *, grasp: bool = False) -> Path:
-    """The folder of weights: the given one, or that of the package for some layers or for grasps."""
-    if not (isinstance(layers, str) and layers in LAYERS):
+def _weights(layers: str | None, folder: str | Path | None, *, grasp: bool = False) -> Path:
+    """The folder of weights: the given one or its subfolder, or that of the package, for some layers or for grasps."""
+    if layers is not None and not (isinstance(layers, str) and layers in LAYERS):
         raise RecognitionError(f"layers = {layers!r}; expected one of {', '.join(map(repr, LAYERS))}.")
     if not isinstance(folder, str | Path | None):
         raise RecognitionError(f"folder is of type {type(folder).__name__}; expected the name of a folder of weights.")
-    return SHIPPED / (_GRASP if grasp else layers) if folder is None else Path(folder)
+    own = _GRASP if grasp else layers or "all"
+    if folder is None:
+        return SHIPPED / own
+    return Path(folder) if holds_registry(Path(folder)) or not holds_registry(Path(folder, own)) else Path(folder, own)
+
+
+def _view(registry: dict[str, Entry], where: Path, layers: str | None) -> Stored:
+    """The principal components in a folder, whose layers must be those that are asked for."""
+    stored = stored_module(where, _entry(registry, "view", where))
+    count = stored.reading_shape[0]
+    if layers is not None and stored.layers != {"all": tuple(range(count)), "top": (0,)}[layers]:
+        raise RecognitionError(
+            f"layers = {layers!r}, but the recognisers in {where} use layers {list(stored.layers)} of {count}, counted "
+            "from the top. Give the folder of others, or ask for the layers that these use."
+        )
+    return stored
 
 
 def _entry(registry: dict[str, Entry], name: str, folder: Path) -> Entry:

@@ -74,6 +74,14 @@ def register(folder: Path, file: str, *, optional: bool = False) -> Entry:
     return entry
 
 
+def holds_registry(folder: Path) -> bool:
+    """Whether a folder has a registry; False as well if that cannot be found out."""
+    try:
+        return (folder / REGISTRY).is_file()
+    except OSError:
+        return False
+
+
 def read_registry(folder: Path) -> dict[str, Entry]:
     """The modules registered in a folder of weights, by name.
 
@@ -89,8 +97,10 @@ def read_registry(folder: Path) -> dict[str, Entry]:
             raise ValueError("it does not match its checksum")
         return {one["name"]: Entry(**{**one, "needs": tuple(one["needs"])}) for one in listed}
     except (FileNotFoundError, NotADirectoryError):
+        inside = sorted(path.parent.name for path in folder.glob(f"*/{REGISTRY}"))
+        cure = f"Give one of its subfolders: {', '.join(inside)}." if inside else "Train them: make weights"
         file = " It is a file: give the folder of its registry." if folder.is_file() else ""
-        raise RecognitionError(f"there are no recognisers in {folder}.{file} Train them: make weights") from None
+        raise RecognitionError(f"there are no recognisers in {folder}.{file} {cure}") from None
     except OSError as error:
         raise RecognitionError(f"{path} cannot be read: {why_unread(error)}. Give a folder of weights.") from error
     except (ValueError, KeyError, TypeError) as error:

@@ -43,7 +43,7 @@ def matrices_of(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str 
 
 
 def existing_layers(pad: Pad, layers: Sequence[int] | None) -> tuple[int, ...]:
-    """Indices of sensing layers, 0 at the top, by default all; free taxels are one layer.
+    """Indices of sensing layers as Python's integers, 0 at the top, by default all; free taxels are one layer.
 
     Raises:
         InfluenceError: a layer does not exist, or is given twice.
@@ -55,7 +55,7 @@ def existing_layers(pad: Pad, layers: Sequence[int] | None) -> tuple[int, ...]:
         raise InfluenceError(
             f"layers = {shortened(layers)}; expected some of {tuple(range(count))}, each once, counted from the top."
         )
-    return tuple(chosen)
+    return tuple(map(int, chosen))  # PyTorch's safe loading refuses those of NumPy in a checkpoint
 
 
 def floating(dtype: torch.dtype) -> torch.dtype:

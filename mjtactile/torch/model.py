@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +14,7 @@ from torch import Tensor, nn
 
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.uniform import UniformBasis
-from mjtactile.errors import InfluenceError, StaleInfluenceError, of_type
+from mjtactile.errors import InfluenceError, StaleInfluenceError, of_type, shortened
 from mjtactile.fem.curved.tractions import cell_integrals
 from mjtactile.fidelity import Fidelity, mesh_name
 from mjtactile.influence.forces import nodal_batch
@@ -162,7 +162,7 @@ class PadModel(nn.Module):
             (..., layers, rows, columns) [Pa].
 
         Raises:
-            InfluenceError: the response is no tensor, or has another shape.
+            InfluenceError: the response is no tensor, or has another shape, type or device.
         """
         of_type(Tensor, "response", response, InfluenceError, "point_response(forces) makes one")
         averages = [self.get_buffer(f"average_{place}") for place in range(len(self.layers))]
@@ -172,6 +172,7 @@ class PadModel(nn.Module):
                 f"the response has shape {tuple(response.shape)}, but this model makes (..., {sum(points)}, 5). Make "
                 "it with this model's point_response."
             )
+        self._check_kind(response, "response")
         with _full_precision(response):
             norms = torch.linalg.vector_norm(response, dim=-1).split(points, dim=-1)
             layers = [of_layer @ average.T for of_layer, average in zip(norms, averages, strict=True)]
@@ -290,8 +291,13 @@ class PadModel(nn.Module):
         """Check that a state dictionary is of a model of this pad and these layers; its fidelity may differ.
 
         Raises:
-            StaleInfluenceError: it is of another pad or of other layers.
+            StaleInfluenceError: it is of another pad or of other layers, or of no pad.
         """
+        if not isinstance(state, Mapping):
+            raise StaleInfluenceError(
+                f"the state dictionary holds {shortened(state)} in place of a pad's fingerprint and layers. Load one "
+                "that a PadModel's state_dict() gave."
+            )
         own = self.get_extra_state()
         for name in own:
             if state.get(name) != own[name]:
@@ -321,16 +327,19 @@ class PadModel(nn.Module):
             )
         if given.shape[-3:] != shape:
             raise InfluenceError(f"{name} have shape {tuple(given.shape)}; expected (..., {axes}) = (..., {shape}).")
+        self._check_kind(given, name)
+
+    def _check_kind(self, given: Tensor, name: str) -> None:
         floating(self.dtype)  # model.half() and the like ask nobody
         if given.dtype != self.dtype:
             raise InfluenceError(
-                f"{name} are {given.dtype}, but the model is {self.dtype}. Convert one: {name}.to(model.dtype), or "
-                f"model.to({given.dtype})."
+                f"the dtype of {name} is {given.dtype}, but the model's is {self.dtype}. Convert one: "
+                f"{name}.to(model.dtype), or model.to({given.dtype})."
             )
         if given.device != self.device:
             raise InfluenceError(
-                f"{name} are on {given.device}, but the model is on {self.device}. Move one: {name}.to(model.device), "
-                f'or model.to("{given.device}").'
+                f"the device of {name} is {given.device}, but the model's is {self.device}. Move one: "
+                f'{name}.to(model.device), or model.to("{given.device}").'
             )
 
 

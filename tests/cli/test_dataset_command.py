@@ -4,6 +4,8 @@ from typer.testing import CliRunner
 
 from mjtactile.cli.main import app
 from mjtactile.dataset.files import read_dataset
+from mjtactile.envs.grasp_lift import GraspLift
+from mjtactile.envs.single import TactileEnv
 from mjtactile.errors import DatasetError
 
 SPEC = """
@@ -68,6 +70,16 @@ def test_presses_for_another_format_go_on_after_an_interruption(tmp_path, monkey
         assert run(*lerobot).exit_code != 0
     assert "made 0 of 6" in run(*lerobot).output
     assert sorted(path.name for path in tmp_path.iterdir()) == ["few.toml", "set"]
+
+
+def test_recordings_of_different_seeds_share_no_episode(tmp_path, monkeypatch):
+    seeds, begin = [], TactileEnv.reset
+    monkeypatch.setattr(TactileEnv, "reset", lambda env, *, seed: seeds.append(seed) or begin(env, seed=seed))
+    monkeypatch.setattr(GraspLift, "EPISODE_STEPS", 2)
+    for seed in ("5", "6"):
+        command = ["record", "mjtactile/GraspLift-v0", "--episodes", "3", "--seed", seed, "--out"]
+        assert CliRunner().invoke(app, [*command, str(tmp_path / seed), "--fidelity", "fast"]).exit_code == 0
+    assert len(set(seeds)) == 6
 
 
 def _stop(*_arguments, **_options):

@@ -157,8 +157,10 @@ def test_reset_options_are_values_by_name(options):
         {"mass": True},
         {"mass": 11.0},
         {"mass": 0.0},
+        {"mass": 1e-12},
         {"mass": "0.1"},
         {"friction": 1e300},
+        {"friction": 1e-9},
         {"friction": True},
         {"friction": [0.5]},
     ],
@@ -166,16 +168,35 @@ def test_reset_options_are_values_by_name(options):
 )
 def test_a_mass_and_a_friction_are_those_of_an_object(options):
     env = gymnasium.make("mjtactile/GraspLift-v0", observation="none")
-    with pytest.raises(EnvError, match="positive numbers up to 10 and 10"):
+    with pytest.raises(EnvError, match=r"numbers from 0\.001 to 10 and from 0\.001 to 10"):
         env.reset(options=options)
 
 
-def test_the_largest_mass_and_friction_are_simulated():
-    env = gymnasium.make("mjtactile/GraspLift-v0", observation="none").unwrapped
-    env.reset(seed=0, options={"mass": np.float32(10.0), "friction": 10})
+@pytest.mark.parametrize(("mass", "friction"), [(np.float32(10.0), 10), (1e-3, 10), (1e-3, 1e-3), (10.0, 1e-3)])
+def test_extreme_masses_and_frictions_are_simulated(mass, friction):
+    env: Any = gymnasium.make("mjtactile/GraspLift-v0", observation="none").unwrapped
+    env.reset(seed=0, options={"mass": mass, "friction": friction})
     for _ in range(10):
         assert np.isfinite(env.step(np.ones(2, np.float32))[0]["proprioception"]).all()
-    assert not any(one.number for one in env.task.simulation.state(0)[1].warning)  # type: ignore[attr-defined]
+    assert not any(one.number for one in env.task.simulation.state(0)[1].warning)
+
+
+@pytest.mark.parametrize("batched", [True, False])
+def test_after_a_reset_that_was_refused_no_step_is_taken(batched):
+    if batched:
+        pytest.importorskip("mujoco.batch")
+    name = "mjtactile/GraspLift-v0"
+    env: Any = make_vec(name, 2, observation="none") if batched else TactileEnv(name, observation="none")
+    action = np.zeros(env.action_space.shape, np.float32)
+    env.reset(seed=0)
+    env.step(action)
+    for options in ({"mass": -1.0}, {"weight": 1.0}):
+        with pytest.raises(EnvError, match="expected only"):
+            env.reset(options=options)
+        with pytest.raises(EnvError, match="the last reset was refused: reset first"):
+            env.step(action)
+        env.reset()
+        env.step(action)
 
 
 @pytest.mark.parametrize(("name", "option"), [("EdgeFollow", "plate"), ("PressIdentify", "shape")])
@@ -266,6 +287,14 @@ def test_every_environment_has_the_camera_that_draws_it(name):
     env = gymnasium.make(name, observation="none").unwrapped
     assert isinstance(env, TactileEnv)
     assert env.task.simulation.model.camera(env.task.CAMERA).id >= 0
+
+
+def test_a_spec_makes_the_same_environment_again():
+    name, options = "mjtactile/GraspLift-v0", {"observation": "wrench", "noise": 0.5, "split": "test"}
+    env = gymnasium.make(name, **options)
+    assert env.spec is not None
+    (one, _), (other, _) = (made.reset(seed=3) for made in (env, gymnasium.make(env.spec)))
+    assert same([one], [other])
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Many environments are so many single ones, bit by bit, however they are run."""
 
+import json
 from typing import Any
 
 import gymnasium
@@ -10,6 +11,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from mjtactile.envs import ENTRY_POINTS, EnvError, TactileEnv, make_vec
 from mjtactile.envs.grasp_lift import GraspLift
 from mjtactile.envs.many import TactileVectorEnv
+from mjtactile.envs.press_identify import PressIdentify
 from mjtactile.errors import RenderError
 from mjtactile.sim.render import working_backend
 
@@ -105,6 +107,32 @@ def test_a_batch_says_what_gymnasium_says_of_single_environments(name):
     pytest.importorskip("mujoco.batch")
     makers = [lambda: gymnasium.make(name, disable_env_checker=True, randomise=1.0)] * COUNT
     assert_same(log(make_vec(name, COUNT, threads=2, randomise=1.0), 12), log(SyncVectorEnv(makers), 12))
+
+
+@pytest.mark.parametrize("batched", [True, False])
+@pytest.mark.parametrize("make", [make_vec, gymnasium.make_vec])
+def test_a_spec_makes_the_same_environments_again(make, batched):
+    if batched:
+        pytest.importorskip("mujoco.batch")
+    options = {"observation": "wrench", "noise": 0.5, "autoreset_mode": "SameStep", "batched": batched}
+    first = make("mjtactile/GraspLift-v0", 2, **options)
+    assert first.spec.kwargs.items() >= options.items()
+    assert json.loads(first.spec.to_json())["kwargs"]["noise"] == 0.5
+    again = gymnasium.make_vec(first.spec)
+    assert type(again) is type(first)
+    assert_same(log(first, 8), log(again, 8))
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_a_mode_may_be_named(mode):
+    pytest.importorskip("mujoco.batch")
+    by_mode, by_name = (
+        log(TactileVectorEnv(PressIdentify, 2, observation="none", autoreset_mode=one), 12)
+        for one in (mode, mode.value)
+    )
+    assert_same(by_mode, by_name)
+    with pytest.raises(EnvError, match=r"autoreset_mode = 'never' does not exist. Available: 'NextStep'"):
+        TactileVectorEnv(PressIdentify, 2, autoreset_mode="never")
 
 
 @pytest.mark.parametrize("mode", AutoresetMode)

@@ -181,9 +181,33 @@ def test_what_is_not_there_is_named(geoms_alone):
         attach_hand(spec, "panda", prefix="x_")
     with pytest.raises(SceneError, match=r"hand 'panda' has no pad 'thumb'. Available: finger1, finger2"):
         attach_hand(spec, "panda", only=["thumb"])
+    with pytest.raises(SceneError, match=r"hand \['a'\] does not exist"):
+        hand(cast(Any, ["a"]))
+    for wrong in ("finger1", 3, ["zz", 3], b"finger1"):
+        with pytest.raises(SceneError, match=r"only = .*; expected names of pads, such as \['finger1'\]"):
+            attach_hand(spec, "panda", only=cast(Any, wrong))
+    with pytest.raises(SceneError, match="prefix is of type NoneType; expected a str"):
+        attach_hand(spec, "panda", prefix=cast(Any, None))
+    with pytest.raises(SceneError, match="path is of type NoneType; expected the path of the model's file"):
+        check_model("panda", cast(Any, None))
     for wrong in (None, 3):
+        with pytest.raises(SceneError, match="name is of type"):
+            check_model(cast(Any, wrong), "x")
         with pytest.raises(SceneError, match=r"name is of type \w+; expected a mjtactile.Hand: or its name, see HANDS"):
             attach_hand(spec, cast(Any, wrong))
+
+
+def test_names_that_can_be_read_only_once_are_attached_all(geoms_alone):
+    spec = stand_in(hand("panda"))
+    assert list(attach_hand(spec, "panda", only=iter(["finger2", "finger1"]))) == ["finger1", "finger2"]
+
+
+def test_pads_of_one_name_are_refused_before_any_is_attached(geoms_alone):
+    panda = hand("panda")
+    spec = stand_in(panda)
+    with pytest.raises(SceneError, match="hand 'panda' has several pads 'finger1'"):
+        attach_hand(spec, replace(panda, pads=tuple(replace(one, name="finger1") for one in panda.pads)))
+    assert not any(geom.name.endswith("_pad") for geom in spec.geoms)
 
 
 def test_the_page_lists_the_catalogue_as_it_is():

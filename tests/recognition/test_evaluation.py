@@ -11,7 +11,14 @@ from typer.testing import CliRunner
 from mjtactile.cli.evaluate import side_by_side, tables
 from mjtactile.cli.main import app
 from mjtactile.recognition.evaluation.arrays import TransducerArray
-from mjtactile.recognition.evaluation.recognisers import EvaluationSettings, angles_between, evaluate, noisy
+from mjtactile.recognition.evaluation.recognisers import (
+    EvaluationSettings,
+    angles_between,
+    evaluate,
+    noisy,
+    recognisers,
+)
+from mjtactile.recognition.weight_files import SHIPPED
 from mjtactile.transducer.imperfections import Imperfections
 
 
@@ -86,6 +93,22 @@ def test_sensors_side_by_side_have_a_column_each():
     assert "55 of 56 / 55 of 56" in text
 
 
+def test_what_could_not_be_measured_is_null_in_json(monkeypatch):
+    results = {"rate": math.nan, "rows": [{"noise": 0.0, "found": -math.inf}], "three": (1, True, "nan", None)}
+    monkeypatch.setattr("mjtactile.recognition.evaluation.recognisers.evaluate", lambda *_, **__: results)
+    monkeypatch.setattr("mjtactile.cli.evaluate.tables", lambda _: "")
+    done = CliRunner().invoke(app, ["evaluate", "--json"])
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.stdout, parse_constant=pytest.fail)
+    assert found == {"rate": None, "rows": [{"noise": 0.0, "found": None}], "three": [1, True, "nan", None]}
+
+
+@pytest.mark.parametrize("folder", [SHIPPED, SHIPPED / "all", SHIPPED / "top"])
+def test_a_folder_of_weights_or_one_of_its_layers_is_evaluated(folder):
+    pairs = recognisers(folder)
+    assert {layers: force.view.layers for layers, (force, _) in pairs.items()} == {"all": (0, 1, 2, 3), "top": (0,)}
+
+
 @pytest.fixture(scope="module")
 def by_law(tmp_path_factory) -> tuple[list[dict], str]:
     """What the command prints of two laws, and the page it rewrites."""
@@ -109,7 +132,8 @@ def test_a_sensors_law_is_asked_for_and_several_are_put_side_by_side(by_law):
 @pytest.mark.slow
 def test_the_command_prints_json_and_rewrites_its_tables(by_law, tmp_path, monkeypatch):
     """Of one sensor, whose presses are those of two laws: measuring takes long."""
-    monkeypatch.setattr("mjtactile.recognition.evaluation.recognisers.evaluate", lambda *_, **__: by_law[0][0])
+    measured = json.loads(json.dumps(by_law[0][0]).replace("null", "NaN"))
+    monkeypatch.setattr("mjtactile.recognition.evaluation.recognisers.evaluate", lambda *_, **__: measured)
     page = tmp_path / "page.md"
     page.write_text("before\n<!-- bench evaluate -->\nold\n<!-- end -->\nafter\n")
     done = CliRunner().invoke(app, ["evaluate", "--presses", "20", "--fidelity", "fast", "--json", "--page", str(page)])

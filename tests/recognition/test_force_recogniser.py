@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from mjtactile import Pad, force_vector, recognition
 from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.recognition import RecognitionError
 from mjtactile.recognition.evaluation.recognisers import angles_between, noisy
+from mjtactile.recognition.weight_files import SHIPPED
 
 
 @pytest.fixture(scope="module")
@@ -184,6 +186,25 @@ def test_a_folder_of_weights_is_a_folder(tmp_path):
             look(tmp_path / ("a" * 5000))
         with pytest.raises(RecognitionError, match="folder is of type int"):
             look(3)
+
+
+def test_layers_that_a_folders_weights_do_not_use_are_refused(tmp_path):
+    every, top = SHIPPED / "all", SHIPPED / "top"
+    for layers, folder in (("top", every), ("all", top)):
+        with pytest.raises(RecognitionError, match=rf"layers = '{layers}', but the recognisers in .* use layers \["):
+            recognition.load("force", layers=layers, folder=folder)
+        with pytest.raises(RecognitionError, match=f"layers = '{layers}', but"):
+            recognition.modules(layers=layers, folder=folder)
+    assert recognition.load("force", folder=top).view.layers == (0,)
+    assert recognition.load("force", layers="top", folder=top).view.layers == (0,)
+    # A folder of such folders serves as well.
+    assert recognition.load("force", layers="top", folder=SHIPPED).view.layers == (0,)
+    assert recognition.load("shape", folder=SHIPPED).view.layers == (0, 1, 2, 3)
+    recognition.load("grasp", folder=SHIPPED)
+    assert recognition.modules(layers="top", folder=SHIPPED) == recognition.modules(layers="top")
+    shutil.copytree(top, tmp_path / "top")
+    with pytest.raises(RecognitionError, match=r"no recognisers in .*Give one of its subfolders: top"):
+        recognition.load("force", folder=tmp_path)
 
 
 def test_one_call_takes_less_than_a_millisecond(recognise, pressed):

@@ -8,6 +8,7 @@ import pickle
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -256,6 +257,16 @@ def test_a_state_dictionary_holds_the_fingerprint_and_is_refused_by_another_pad(
         PadModel(layered, layers=(0,)).load_state_dict(own)
     with pytest.raises(RuntimeError, match="_extra_state"):
         PadModel(layered).load_state_dict({})
+    with pytest.raises(StaleInfluenceError, match="holds None in place of a pad's fingerprint"):
+        PadModel(layered).load_state_dict({"_extra_state": None})
+
+
+def test_a_checkpoint_of_layers_counted_by_numpy_is_loaded_safely(layered):
+    file = io.BytesIO()
+    counted: list[Any] = list(np.arange(2))
+    torch.save(PadModel(layered, layers=counted).state_dict(), file)
+    file.seek(0)
+    PadModel(layered, layers=(0, 1)).load_state_dict(torch.load(file, weights_only=True))
 
 
 def test_copies_pickles_and_other_types_read_the_same(layered):
@@ -287,7 +298,7 @@ def test_a_gpu_reads_as_numpy_does(layered):
         forces = model.nodal_forces(loads)
         agree(model(forces).cpu(), layered.readings(loads), dtype)
         agree(model.stress(forces).cpu(), layered.stress(loads), dtype)
-        with pytest.raises(InfluenceError, match="forces are on cpu, but the model is on cuda:0"):
+        with pytest.raises(InfluenceError, match="device of forces is cpu, but the model's is cuda:0"):
             model(forces.cpu())
 
 
@@ -297,8 +308,11 @@ def test_a_gpu_reads_as_numpy_does(layered):
         (lambda shape: np.zeros(shape, np.float32), r"forces are a ndarray; expected a tensor.*nodal_forces"),
         (lambda shape: torch.zeros(shape)[1:], r"forces have shape .*expected \(\.\.\., nodes y, nodes x, 3\)"),
         (lambda shape: torch.zeros(shape[:-1]), r"forces have shape .*expected \(\.\.\., nodes y, nodes x, 3\)"),
-        (lambda shape: torch.zeros(shape).double(), r"forces are torch.float64, but the model is torch.float32"),
-        (lambda shape: torch.zeros(shape, device="meta"), r"forces are on meta, but the model is on cpu"),
+        (
+            lambda shape: torch.zeros(shape).double(),
+            r"dtype of forces is torch.float64, but the model's is torch.float32",
+        ),
+        (lambda shape: torch.zeros(shape, device="meta"), r"device of forces is meta, but the model's is cpu"),
     ],
 )
 def test_loads_that_do_not_fit_are_refused_with_the_cure(layered, wrong, said):
@@ -323,6 +337,9 @@ def test_what_the_model_cannot_do_is_said(layered, draft):
         model.wrench_basis(None)  # type: ignore[arg-type]
     with pytest.raises(InfluenceError, match=r"response is of type NoneType; expected a torch\.Tensor"):
         model.readings_of(None)  # type: ignore[arg-type]
+    response = model.point_response(torch.zeros(model.force_shape))
+    with pytest.raises(InfluenceError, match=r"dtype of response is torch\.float64, but the model's is torch\.float32"):
+        model.readings_of(response.double())
 
 
 @pytest.mark.parametrize(

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import importlib
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+from mjtactile.errors import TrialsError
 
 TRAINING = Path(__file__).parents[2] / "training"
 #: What is asked for, without the runs.
@@ -51,6 +54,38 @@ def test_runs_are_made_once_and_end_in_a_figure_and_a_table(tmp_path, scripts, c
     train.main(config)
     assert (tmp_path / "touch-0.json").stat().st_mtime_ns == before
     assert "unseen objects" not in capsys.readouterr().out
+
+
+def test_runs_of_other_settings_are_refused_and_what_changes_none_is_not(tmp_path, scripts):
+    train = scripts["train_policy"]
+    config = train.Config(out=tmp_path, **SMALL)
+    path = tmp_path / "touch-0.json"
+    stored = {name: str(value) for name, value in vars(config).items()}
+    path.write_text(json.dumps({"config": stored}))
+    train.check_run(path, replace(config, seeds=9, workers=1, out=tmp_path / "other", figure=Path("curves.png")))
+    with pytest.raises(TrialsError, match=r"other settings: steps 128, not 256; rate 0\.001, not 0\.01\. "):
+        train.main(replace(config, steps=256, rate=0.01))
+    for name in train.Config.__dataclass_fields__.keys() - train._OUTSIDE:
+        path.write_text(json.dumps({"config": {**stored, name: "7.5"}}))
+        with pytest.raises(TrialsError, match=f"{name} 7.5, not "):
+            train.check_run(path, config)
+    path.write_text("[]")
+    with pytest.raises(TrialsError, match="holds no run"):
+        train.check_run(path, config)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"steps": 0}, "steps = 0; expected a whole number of at least 1"),
+        ({"seeds": 0}, "seeds = 0; expected"),
+        ({"rate": 0.0}, r"rate = 0\.0; expected a positive"),
+        ({"discount": 1.5}, r"discount = 1\.5; expected"),
+    ],
+)
+def test_settings_of_which_nothing_comes_are_refused(scripts, wrong, said):
+    with pytest.raises(TrialsError, match=said):
+        scripts["train_policy"].Config(out=Path("out"), **wrong)
 
 
 def test_the_policy_sees_what_is_and_how_it_changed(scripts):
@@ -103,3 +138,5 @@ def test_the_table_has_the_mean_of_the_seeds(scripts):
     assert lines[2] == "| touch | 90.0% | 70.0% | **80.0%** | 10.0% | 20.0% | 100 s |"
     assert "**15.0%**" in lines[3]
     assert scripts["policy_report"].draw_curves(results).axes[0].get_ylim() == (0.0, 100.0)
+    results[0]["curve"] = []  # a run too short for an episode to end
+    scripts["policy_report"].draw_curves(results)

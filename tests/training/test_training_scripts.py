@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,10 +14,11 @@ import torch
 from mjtactile import Pad, recognition
 from mjtactile.dataset.files import make_dataset
 from mjtactile.dataset.spec import load_spec, parse_spec
+from mjtactile.errors import IndenterError
 from mjtactile.recognition.network import Network
-from mjtactile.recognition.registry import read_registry
+from mjtactile.recognition.registry import read_registry, register
 from mjtactile.recognition.training.fitting import perceptron, set_weights
-from mjtactile.recognition.weight_files import read_weights
+from mjtactile.recognition.weight_files import SHIPPED, read_weights, write_weights
 
 TRAINING = Path(__file__).parents[2] / "training"
 SPEC = parse_spec(
@@ -106,6 +108,38 @@ def test_a_new_shape_is_pressed_as_the_others_were(scripts):
     assert contact == replace(spec.contacts[0], shapes=("cross",))
     assert (new.presets, new.laws, new.free, new.pad) == (spec.presets, spec.laws, spec.free, spec.pad)
     assert new.seed != spec.seed
+
+
+def test_a_new_shape_takes_no_other_shapes_name(tmp_path, scripts):
+    add = scripts["add_shape"]
+    weights = tmp_path / "weights"
+    shutil.copytree(SHIPPED / "all", weights)
+    one, other, star = tmp_path / "tool.stl", tmp_path / "other" / "tool.stl", tmp_path / "star.stl"
+    other.parent.mkdir()
+    for content, mesh in ((b"1", one), (b"2", other), (b"3", star)):
+        mesh.write_bytes(content)
+
+    def check(shape, name=None):
+        config = add.Config(shape=str(shape), weights=weights, name=name)
+        add.check_name(config)
+        return config
+
+    module = {"kind": "shape", "shape": "tool", "layers": (0,), "source": check(one).source}
+    write_weights(weights / "shape-tool.safetensors", {}, module, Pad())
+    register(weights, "shape-tool.safetensors", optional=True)
+    assert check(one).called == "tool"
+    assert check(other, "second").called == "second"
+    assert check("hexagon").called == "hexagon"
+    with pytest.raises(recognition.RecognitionError, match=r"'star' is one of the package's shapes.*with --name"):
+        add.main(add.Config(shape=str(star), weights=weights))
+    with pytest.raises(recognition.RecognitionError, match=r"has a shape 'tool' already.*with --name"):
+        add.main(add.Config(shape=str(other), weights=weights))
+    with pytest.raises(recognition.RecognitionError, match="'circle' is one of the package's shapes"):
+        check("hexagon", "circle")
+    with pytest.raises(recognition.RecognitionError, match="'a/b' is that of no file"):
+        check(one, "a/b")
+    with pytest.raises(IndenterError, match="'hexagn' does not exist"):
+        check("hexagn")
 
 
 def test_only_symmetric_pads_are_trained_for(tmp_path, scripts):

@@ -123,9 +123,9 @@ def report(results: dict[str, list[Result]]) -> Report:
                 condition,
                 share([one["success"] for one in trials]).percent,
                 median([one["force"] for one in held]).text(" N", digits=2),
-                f"{np.quantile([one['force'] for one in held], 0.95):.1f} N",
+                f"{np.quantile([one['force'] for one in held], 0.95):.1f} N" if held else "-",
                 median([1e3 * one["drop"] for one in held]).text(" mm", digits=2),
-                f"{np.quantile([1e3 * one['drop'] for one in held], 0.95):.1f} mm",
+                f"{np.quantile([1e3 * one['drop'] for one in held], 0.95):.1f} mm" if held else "-",
             )
         )
     felt = share([one["success"] for one in results["recognised"]])

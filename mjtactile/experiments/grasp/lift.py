@@ -193,7 +193,7 @@ def report(results: dict[str, list[Result]]) -> Report:
             Bound(
                 what="peak grip over that with true forces, median",
                 bound="<= 1.25",
-                found=f"{peaks.text(digits=3)}; at most 1.25 in {within.percent} of the trials",
+                found=f"{peaks.text(digits=3)}; at most 1.25 in {within.percent} of the trials" if ratio else "-",
                 met=peaks.value <= 1.25,
             ),
         ],

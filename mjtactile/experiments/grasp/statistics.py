@@ -22,13 +22,15 @@ class Estimate:
     high: float  #: upper end of the interval
 
     def text(self, unit: str = "", *, scale: float = 1.0, digits: int = 1) -> str:
-        """Text such as "97.5 % (94.3 to 98.9)"; without the interval if there are too few samples for one.
+        """Text such as "97.5 % (94.3 to 98.9)"; without the interval if there are too few samples, "-" without any.
 
         Args:
             unit: text after the value.
             scale: factor of all numbers.
             digits: number of decimals.
         """
+        if np.isnan(self.value):
+            return "-"
         if not np.isfinite((self.low, self.high)).all():
             return f"{scale * self.value:.{digits}f}{unit}"
         value, low, high = (f"{scale * one:.{digits}f}" for one in (self.value, self.low, self.high))

@@ -72,7 +72,8 @@ def evaluate(
     Args:
         settings: the presses.
         workers: number of processes that make presses.
-        folder: folder of other weights, with subfolders "all" and "top"; by default those of the package.
+        folder: folder of other weights, with subfolders "all" and "top", or one of these; by default those of the
+            package.
         progress: show a progress bar on a terminal.
 
     Returns:
@@ -118,13 +119,14 @@ def recognisers(folder: Path | None = None) -> dict[str, tuple[ForceRecogniser, 
     Raises:
         RecognitionError: weights are missing or damaged.
     """
-    folders = {layers: None if folder is None else folder / layers for layers in _LAYERS}
+    if folder is not None and folder.absolute().name in _LAYERS:
+        folder = folder.absolute().parent
     return {
         layers: (
-            recognition.load("force", layers=layers, folder=own),
-            recognition.load("shape", layers=layers, folder=own),
+            recognition.load("force", layers=layers, folder=folder),
+            recognition.load("shape", layers=layers, folder=folder),
         )
-        for layers, own in folders.items()
+        for layers in _LAYERS
     }
 
 

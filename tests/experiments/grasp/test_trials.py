@@ -6,6 +6,9 @@ import pytest
 from grasp_counting import COUNTING
 
 from mjtactile.errors import TrialsError
+from mjtactile.experiments.grasp.handover import HANDOVER
+from mjtactile.experiments.grasp.lift import LIFT
+from mjtactile.experiments.grasp.sort import SORT
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
 from mjtactile.experiments.grasp.trials import TrialSettings, run_trials
 from mjtactile.workers import Workers
@@ -62,6 +65,18 @@ def test_a_median_lies_between_order_statistics():
     assert 39.0 <= found.low <= 41.0
     assert 59.0 <= found.high <= 61.0
     assert "nan" not in median([1.0, 2.0]).text()
+
+
+def test_reports_of_conditions_that_gripped_nothing_have_no_numbers():
+    for experiment, told in (
+        (LIFT, {"success": False, "dropped": True, "crushed": False, "peak": 1.0}),
+        (HANDOVER, {"success": False, "force": None, "drop": None}),
+        (SORT, {"success": False, "right": False, "looks": 0}),
+    ):
+        text = experiment.report({condition: [told] for condition in experiment.conditions}).markdown()
+        assert "nan" not in text
+        assert " - |" in text
+    assert median([]).text(" N") == share([]).percent == "-"
 
 
 def test_a_report_says_what_was_missed():
