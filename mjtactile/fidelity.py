@@ -80,7 +80,7 @@ class MeshDensity:
         """The reference length on a pad [m]."""
         if self.reference_length is not None:
             return self.reference_length
-        shallowest = max(min(pad.sensed_depths), pad.sampling_radius)
+        shallowest = min(map(max, pad.sensed_depths, pad.sensed_radii))
         return min(pad.thickness, _DEPTHS_PER_LENGTH * shallowest)
 
     def points_at(self, sensing_layer: int) -> int:

@@ -352,6 +352,13 @@ class Pad:
             return tuple(self.feet(self.taxels.positions)[0][:, 2].tolist())
         return self.depths
 
+    @cached_property
+    def sensed_radii(self) -> tuple[float, ...]:
+        """Radii of the taxels' balls in each sensing layer, or of each free taxel [m]."""
+        if isinstance(self.taxels, FreeTaxels):
+            return tuple(self.taxels.ball_radii(self.sampling_radius).tolist())
+        return (self.sampling_radius,) * len(self.depths)
+
     def taxel_feet(self, sensing_layer: int) -> Array:
         """Foot (x, y) of each taxel of a layer in the projection, and its depth along the normal [m], shape (n, 3)."""
         if isinstance(self.taxels, FreeTaxels):
@@ -461,6 +468,8 @@ class Pad:
         """
         from mjtactile.pad_shape.surface_fit import fitted_patch
 
+        if "surface" in others:
+            raise PadError("Pad.from_mesh fits the surface to the mesh; leave surface=... out, or call Pad(...).")
         if (thickness is None) == (layers is None):
             raise PadError("Pad.from_mesh takes either thickness=... or layers=...; give exactly one of the two.")
         if layers is None:

@@ -6,7 +6,6 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.pad import Pad
-from mjtactile.pad_shape.taxels import FreeTaxels
 
 #: Largest mean pressure, shear counted, over the top layer's modulus for small strains [-].
 LINEAR_RANGE = 0.1
@@ -29,9 +28,7 @@ def saturation(pad: Pad) -> Array:
     """
     tops = np.concatenate([[0.0], np.cumsum([layer.thickness for layer in pad.layers])])
     moduli = np.array([layer.young for layer in pad.layers])
-    depths, radii = np.array(pad.sensed_depths)[:, None], pad.sampling_radius
-    if isinstance(pad.taxels, FreeTaxels):
-        radii = pad.taxels.ball_radii(pad.sampling_radius)[:, None]
+    depths, radii = np.array(pad.sensed_depths)[:, None], np.array(pad.sensed_radii)[:, None]
     met = (tops[:-1] < depths + radii) & (tops[1:] > depths - radii)
     least = SATURATION * np.maximum(np.where(met, moduli, 0.0).max(axis=1), moduli[0])
     return least if pad.depths else least.max(keepdims=True)  # free taxels are one layer

@@ -66,7 +66,7 @@ class SheetMesh:
     def interfaces(self) -> tuple[int, ...]:
         """Indices of the vertices of z at which the material changes."""
         pairs = zip(self.materials, self.materials[1:], strict=False)
-        return tuple(i + 1 for i, (below, above) in enumerate(pairs) if below is not above)
+        return tuple(i + 1 for i, (below, above) in enumerate(pairs) if below != above)
 
     def quarter(self) -> SheetMesh:
         """The part with x >= 0 and y >= 0; lines of a whole sheet have a vertex at 0.
@@ -195,7 +195,7 @@ def _wanted_depths(pad: Pad, density: MeshDensity) -> Array:
     Elements have the density's size down to the deepest taxels and grow below them.
     """
     length = density.length_for(pad)
-    sensed = max(length, max(pad.sensed_depths) + pad.sampling_radius)
+    sensed = max(length, float(np.max(np.add(pad.sensed_depths, pad.sensed_radii))))
     size = density.through_size * length
     if min(sensed, pad.thickness) > _MOST_ELEMENT_LAYERS * size:
         raise MeshError(

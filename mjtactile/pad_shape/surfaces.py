@@ -29,6 +29,8 @@ _CHECK_LINES = 65
 #: Newton's iteration for feet: most steps, and length of the last step over half the pad's width. Convergence is
 #: quadratic, so that only rounding is left.
 _MOST_STEPS, _CONVERGED = 50, 1e-11
+#: Radii and semi-axes of a surface, from the least to the largest [m]; the largest is as good as flat.
+_RADII = 1e-6, 1e9
 
 
 class Jet(NamedTuple):
@@ -150,7 +152,10 @@ class Surface(ABC):
         feet[:, 2] *= self.normals(feet[:, 0], feet[:, 1])[:, 2]
         for _ in range(_MOST_STEPS):
             missed = points - self.positions(*feet.T)
-            step = np.linalg.solve(self.derivatives(*feet.T), missed[..., None])[..., 0]
+            slopes = self.derivatives(*feet.T)
+            # Where normals meet, no foot is nearer than another; the depth alone decides there.
+            slopes[np.linalg.det(slopes) == 0.0] = np.eye(3)
+            step = np.linalg.solve(slopes, missed[..., None])[..., 0]
             moved = feet + step
             moved[:, :2] = np.clip(moved[:, :2], -half, half)
             ended = np.abs(moved - feet).max(initial=0.0) <= _CONVERGED * half.max()
@@ -226,7 +231,25 @@ def positive_number(name: str, value: Any, expected: str) -> float:
 
 
 def _length(name: str, value: Any) -> float:
-    return positive_number(name, value, "a positive length in metres (12 mm is 12e-3)")
+    least, most = _RADII
+    expected = f"a positive length in metres (12 mm is 12e-3), from {least:g} to {most:g} m"
+    number = positive_number(name, value, expected)
+    if not least <= number <= most:
+        raise PadError(f"{name} = {shortened(value)}; expected {expected}.")
+    return number
+
+
+def _check_smooth(name: str, knots: Array, degree: int) -> None:
+    """Refuse knots at which the second derivative of a spline jumps, or it has none."""
+    places, counts = np.unique(knots, return_counts=True)
+    most = np.full(len(places), degree - 2)
+    most[[0, -1]] = degree + 1
+    if (counts > most).any():
+        k = int(np.argmax(counts > most))
+        raise PadError(
+            f"{name} of a surface patch has {counts[k]} knots at {places[k]:g} m; expected at most {most[k]} of degree "
+            f"{degree}, because the surface's curvature must be continuous."
+        )
 
 
 @dataclass(frozen=True)
@@ -399,6 +422,7 @@ class SurfacePatch(Surface):
                 f"{values.shape}; expected {counts}, with finite numbers and ascending knots."
             )
         for name, line in zip(("knots_x", "knots_y"), knots, strict=True):
+            _check_smooth(name, line, degree)
             object.__setattr__(self, name, tuple(line.tolist()))
         object.__setattr__(self, "degree", int(degree))
         object.__setattr__(self, "coefficients", tuple(map(tuple, values.tolist())))

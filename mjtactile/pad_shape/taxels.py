@@ -89,7 +89,7 @@ class FreeTaxels:
         try:
             rows = _from_json(text) if path.suffix.lower() == ".json" else _from_csv(text)
             return cls(*rows)
-        except (PadError, ValueError, RecursionError) as error:
+        except (PadError, ValueError, RecursionError, csv.Error) as error:
             raise PadError(f"{path} holds no taxels: {error}") from error
 
 

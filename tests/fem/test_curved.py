@@ -249,6 +249,9 @@ def test_tractions_that_are_none_are_refused(dome):
     disc = Point(0, 0).buffer(1e-3)
     with pytest.raises(ContactError, match=r"shape \(\d+,\)"):
         SurfaceLoad.from_tractions(dome, disc, lambda p, n: p[:, 0])
+    for wrong in (lambda p, n: 1j * n, lambda p, n: np.full(p.shape, "7"), lambda p, n: [[1, 2], [3]]):
+        with pytest.raises(ContactError, match="real numbers"):
+            SurfaceLoad.from_tractions(dome, disc, wrong)
     with pytest.raises(ContactError, match=r"nan.* at x = "):
         SurfaceLoad.from_tractions(dome, disc, lambda p, n: np.where(p[:, :1] > 0.5e-3, np.nan, n))
     with pytest.raises(FootprintError, match="covers none"):

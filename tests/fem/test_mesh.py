@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from mjtactile.errors import MeshError, MeshWarning
 from mjtactile.fem.mesh import sheet_mesh, warn_if_coarser
 from mjtactile.fidelity import MESHES, MeshDensity, mesh_density
-from mjtactile.pad import Layer, Pad, TaxelGrid
+from mjtactile.pad import FreeTaxels, Layer, Pad, TaxelGrid
 from mjtactile.pad_shape.surfaces import CylinderSector, SphereCap
 
 
@@ -76,6 +76,23 @@ def test_a_thick_block_is_fine_where_it_senses_and_coarse_below():
     growth = mesh.z.sizes[:-1] / mesh.z.sizes[1:]
     assert growth.max() < 1.7  # the growth of 1.5, fitted to whole elements
     assert mesh.x.sizes.max() < 1.1e-3
+
+
+def test_free_taxels_set_the_mesh_by_their_own_radii():
+    points = tuple((float(x), 0.0, -0.12e-3) for x in np.linspace(-0.8e-3, 0.8e-3, 9))
+    common = {"size": (2.4e-3, 2.4e-3), "layers": stack(2e-3)}
+    own = Pad(**common, taxels=FreeTaxels(points, (0.1e-3,) * 9))
+    same = Pad(**common, taxels=FreeTaxels(points), sampling_radius=0.1e-3)
+    meshes = [sheet_mesh(pad, MESHES["draft"]) for pad in (own, same)]
+    for line in ("x", "y", "z"):
+        np.testing.assert_array_equal(*(getattr(mesh, line).vertices for mesh in meshes))
+
+
+def test_equal_layers_make_no_interface():
+    def layer() -> Layer:
+        return Layer(thickness=1e-3, young=1e6, poisson=0.49)
+
+    assert sheet_mesh(Pad(layers=(layer(), layer()), depths=(1e-3,)), MESHES["draft"]).interfaces == ()
 
 
 def test_a_sheet_too_thin_for_the_element_count_warns_and_names_the_cure():

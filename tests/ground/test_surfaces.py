@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mjtactile.errors import PadError
-from mjtactile.pad import Layer, Pad, TaxelGrid
+from mjtactile.pad import FreeTaxels, Layer, Pad, TaxelGrid
 from mjtactile.pad_names import pad_from_text, pad_text
 from mjtactile.pad_shape.surface_fit import fitted_patch
 from mjtactile.pad_shape.surfaces import (
@@ -191,7 +191,7 @@ def test_mirrors_are_those_of_the_surface():
     assert SurfacePatch(line, line, rows, degree=3).mirrors == (True, False)
 
 
-@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, "a", None, True])
+@pytest.mark.parametrize("value", [0.0, -1.0, 1e-200, 1e300, math.nan, math.inf, "a", None, True])
 def test_radii_are_positive_lengths(value):
     for make in (SphereCap, CylinderSector, lambda r: EllipsoidCap((1.0, r, 1.0))):
         with pytest.raises(PadError, match="positive length"):
@@ -210,6 +210,21 @@ def test_patches_that_are_no_splines_are_refused():
         SurfacePatch(5, 5, 5)  # type: ignore[arg-type]
     with pytest.raises(PadError, match="must be numbers"):
         replace(patch, knots_x=tuple(map(str, patch.knots_x)))
+
+
+@pytest.mark.parametrize("middle", [[0.0] * 4, [0.0] * 3, [0.0, 0.0]])
+def test_patches_whose_curvature_jumps_are_refused(middle):
+    knots = [-HALF] * 4 + middle + [HALF] * 4
+    count = len(knots) - 4
+    with pytest.raises(PadError, match="curvature must be continuous"):
+        SurfacePatch(tuple(knots), tuple(knots), tuple([(0.0,) * count] * count), 3)
+
+
+def test_a_taxel_where_all_normals_meet_is_outside_the_pad():
+    radius = 12e-3
+    for surface in (SphereCap(radius), CylinderSector(radius), EllipsoidCap((radius, radius, radius))):
+        with pytest.raises(PadError, match="taxel 0"):
+            Pad(size=(8e-3, 8e-3), surface=surface, taxels=FreeTaxels(((0.0, 0.0, -radius),)))
 
 
 def test_a_zero_of_a_patch_has_no_sign():
@@ -266,6 +281,11 @@ def test_a_fit_reproduces_a_cylinder_and_an_ellipsoid():
     for surface in (CylinderSector(9e-3), EllipsoidCap((10e-3, 14e-3, 8e-3))):
         patch = fitted_patch(rounded_block(surface), (10e-3, 10e-3))
         assert np.abs(patch.height(x, y) - surface.height(x, y)).max() < 2e-6
+
+
+def test_a_mesh_gives_the_surface():
+    with pytest.raises(PadError, match="leave surface="):
+        Pad.from_mesh("tip.stl", size=(8e-3, 8e-3), thickness=2e-3, surface=Flat())
 
 
 def test_holes_folds_and_wrong_frames_of_meshes_are_refused():

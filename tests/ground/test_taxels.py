@@ -51,6 +51,12 @@ def test_a_file_that_cannot_be_read_is_refused_in_words(tmp_path):
             Pad(taxels=str(tmp_path / name))  # type: ignore[arg-type]
 
 
+def test_a_csv_file_whose_quote_does_not_end_is_refused(tmp_path):
+    (tmp_path / "taxels.csv").write_text('x,y,z\n"' + "0," * 70_000)
+    with pytest.raises(PadError, match="holds no taxels"):
+        FreeTaxels.from_file(tmp_path / "taxels.csv")
+
+
 @pytest.mark.parametrize("name", ["taxels.csv", "plain.csv", "taxels.json", "rows.json"])
 def test_files_hold_taxels(tmp_path, name):
     path, radii = tmp_path / name, [3e-4, 4e-4, 5e-4]

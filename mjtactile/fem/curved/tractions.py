@@ -17,10 +17,11 @@ import shapely
 from shapely import MultiPolygon, Polygon
 
 from mjtactile._types import Array, Indices
-from mjtactile.errors import ContactError
+from mjtactile.errors import ContactError, shortened
 from mjtactile.fem.line import Line, quadratic_shapes
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.planar import areal, polygons_of, triangulate
+from mjtactile.units import real_numbers
 
 #: Traction [Pa] at points of the surface (n, 3) [m] with unit normals (n, 3) out of the pad.
 Traction = Callable[[Array, Array], npt.ArrayLike]
@@ -99,7 +100,11 @@ def _gauss_on(line: Line) -> tuple[Array, Array]:
 
 
 def _checked(traction: Traction, places: Array, normals: Array) -> Array:
-    values = np.asarray(traction(places.copy(), normals.copy()), dtype=float)
+    given = traction(places.copy(), normals.copy())
+    values = real_numbers(given)
+    if values is None:
+        raise ContactError(f"the traction gave {shortened(given)}; expected real numbers in pascals, shape (n, 3).")
+    values = values.astype(float)
     if values.shape != places.shape:
         raise ContactError(
             f"the traction gave values of shape {values.shape} for points of shape {places.shape}. It must take points "
