@@ -174,4 +174,4 @@ class EnvError(MjTactileError, ValueError):
 
 
 class DatasetWarning(UserWarning):
-    """A part of a dataset was damaged and is made again."""
+    """A part of a dataset was damaged and is made again, or presses were left out."""

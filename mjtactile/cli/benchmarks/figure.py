@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 from mjtactile._installed import require
@@ -15,6 +16,7 @@ _MILLI = 1e3
 _PERCENT = 1e2
 _MESH_COLOURS = ("tab:orange", "tab:blue", "tab:green", "tab:purple")
 _LAW_MARKERS = {"uniform": "s", "foundation": "^", "elastic": "o"}
+_OTHER_MARKER = "D"
 
 
 def trade_figure(result: dict[str, Any]) -> Figure:
@@ -32,10 +34,12 @@ def trade_figure(result: dict[str, Any]) -> Figure:
     figure = Figure(figsize=(8.0, 5.0), layout="constrained")
     axes = figure.subplots()
     meshes = list(dict.fromkeys(row["mesh"] for row in result["rows"]))
-    for mesh, colour in zip(meshes, _MESH_COLOURS, strict=False):
-        for law, marker in _LAW_MARKERS.items():
+    laws = dict.fromkeys([*_LAW_MARKERS, *(row["law"] for row in result["rows"])])
+    for mesh, colour in zip(meshes, cycle(_MESH_COLOURS), strict=False):
+        for law in laws:
             rows = [row for row in result["rows"] if (row["mesh"], row["law"]) == (mesh, law)]
             if rows:
+                marker = _LAW_MARKERS.get(law, _OTHER_MARKER)
                 axes.plot(*_places(rows), marker, color=colour, alpha=0.7, label=f"{mesh}, {law}")
     axes.plot(*_places(front(result["rows"])), color="0.3", linewidth=1.0, zorder=0, label="nothing beats these")
     _name_presets(axes, result["rows"])

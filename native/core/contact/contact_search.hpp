@@ -1,10 +1,12 @@
 // Search for contact: the parts of the surface that a rigid body is likely to touch.
 //
-// Heights of the body are measured from a plane that tilts with it. The parts below a certain level are taken to be in
-// contact. The level is the one at which these parts carry the force: a part of an elastic half space pressed to a
-// depth d carries about E* d P / 2, where P is its perimeter. Exact values are 2.7 E* a d under a ball, 2 E* a d under
-// a flat punch and pi / 2 E* L d under a long cylinder (Johnson, Contact Mechanics, 1985, chapters 3 and 4); the
-// estimate meets each within a third.
+// Heights of the body are measured from a plane that tilts with it. The parts below a certain level l are taken to be
+// in contact. The level is the one at which these parts carry the force: on an elastic half space, a part of perimeter
+// P carries about E* l P / 2. Exact values are 8/3 E* a l under a ball, where l = a^2 / (2 R), 2 E* a l under a flat
+// punch, where l is its indentation, and pi / 2 E* L l under a long cylinder, where l = a^2 / (2 R) (Johnson, Contact
+// Mechanics, 1985, chapters 3 and 4); a is the radius of the contact or half its width. The estimate is off by a factor
+// of 1.6 at most. P is that of the samples' staircase outline times pi / 4, so that a long cylinder along the grid gets
+// half of its force.
 #pragma once
 
 #include <cmath>
