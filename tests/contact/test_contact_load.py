@@ -357,6 +357,20 @@ def test_a_flat_face_that_lifts_off_in_part_is_read_on_cells_of_what_still_press
         assert np.linalg.norm(few - dense) <= 0.1 * np.linalg.norm(dense)
 
 
+@pytest.mark.parametrize("along", [-1.6e-3, -0.315e-3, 0.0, 1.2e-3])
+def test_cells_in_one_row_carry_the_force_where_it_is(along):
+    footprint = Footprint.from_outline(box(-2e-3, -2e-3, 2e-3, 2e-3), INFLUENCE.surface)
+    force = np.array([0.0, 0.0, -0.01])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ContactWarning)  # a few micrometres across the row are not carried
+        load = contact_load(
+            INFLUENCE, footprint, force, moment=moment_of(force, (1.996e-3, along)), law="elastic", cells=60
+        )
+    carried = load.resultant()[1]
+    assert carried[0] == pytest.approx(force[2] * along, abs=1e-9)
+    assert carried[1] == pytest.approx(-force[2] * 1.996e-3, abs=0.01 * 25e-6)  # within half a cell
+
+
 def test_readings_change_evenly_as_the_force_nears_a_faces_rim():
     footprint = Footprint.from_outline(box(-2e-3, -2e-3, 2e-3, 2e-3), INFLUENCE.surface)
     force = np.array([0.0, 0.0, -0.01])

@@ -92,6 +92,20 @@ bool nearest_inside(const std::vector<Point>& polygon, const Point& point, doubl
   return least < INFINITY;
 }
 
+Point nearest_along(const std::vector<Point>& corners, const Point& point, double margin) {
+  Point from = corners.front(), to = from;
+  double length = 0.0;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    for (std::size_t j = i + 1; j < corners.size(); ++j) {
+      const double apart = std::hypot(corners[j].x - corners[i].x, corners[j].y - corners[i].y);
+      if (apart > length) length = apart, from = corners[i], to = corners[j];
+    }
+  }
+  if (!(length > 0.0)) return from;
+  const double share = std::min(margin / length, 0.5), x = share * (to.x - from.x), y = share * (to.y - from.y);
+  return nearest_on({from.x + x, from.y + y}, {to.x - x, to.y - y}, point);
+}
+
 bool holds(const std::vector<Point>& outline, const Point& point, double margin) {
   for (std::size_t i = 0; i < outline.size(); ++i) {
     const Point &a = outline[i], &b = outline[(i + 1) % outline.size()];

@@ -99,6 +99,9 @@ std::vector<Point> convex_hull(std::vector<Point> points);
 // The nearest point to a given one that lies in a counter-clockwise convex polygon, at least `margin` [m] from its
 // sides. False if the polygon is too narrow for the margin.
 bool nearest_inside(const std::vector<Point>& polygon, const Point& point, double margin, Point& nearest);
+// The nearest point to a given one on the line between the two corners that are farthest apart, at least `margin` [m]
+// from both. `corners`: at least one, of a polygon that is hardly more than that line.
+Point nearest_along(const std::vector<Point>& corners, const Point& point, double margin);
 
 // Whether a point lies in a counter-clockwise convex polygon, at least `margin` [m] from its sides. Points on a side
 // count as inside if the margin is 0, and those beside it by up to the margin if that is negative.

@@ -287,10 +287,11 @@ void CellContact::resultants(const Face& face, const double* wrench, double* res
   const double normal = -wrench[2];
   resultants[0] = normal;
   if (!tilting_) return;
+  const double margin = kHullMargin * face.length;
   Point inside;
-  if (!nearest_inside(face.hull, through(wrench), kHullMargin * face.length, inside)) {
-    resultants[1] = resultants[2] = 0.0;
-    return;
+  // Cells in one row have no inside.
+  if (!nearest_inside(face.hull, through(wrench), margin, inside)) {
+    inside = nearest_along(face.hull, through(wrench), margin);
   }
   inside = placement_(inside);
   const Point borne = on_row_({(inside.x - centre_.x) / face.length, (inside.y - centre_.y) / face.length});
