@@ -357,6 +357,27 @@ def test_a_flat_face_that_lifts_off_in_part_is_read_on_cells_of_what_still_press
         assert np.linalg.norm(few - dense) <= 0.1 * np.linalg.norm(dense)
 
 
+def rod(degrees: float, radius: float) -> Footprint:
+    """A rod that lies across the whole pad, through its middle."""
+    normal = np.array([-math.sin(math.radians(degrees)), math.cos(math.radians(degrees))])
+
+    def gap(x, y):
+        square = radius**2 - (normal[0] * x + normal[1] * y) ** 2
+        return np.where(square > 0.0, radius - np.sqrt(np.maximum(square, 0.0)), np.inf)
+
+    return Footprint.from_gap(gap, INFLUENCE.surface)
+
+
+@pytest.mark.parametrize("cells", [20, 60])
+def test_a_rod_across_the_pad_presses_up_to_its_edges_however_it_is_turned(cells):
+    force, readings = (0.0, 0.0, -0.3), []
+    for degrees in np.arange(41.5, 43.5, 0.2):
+        load = contact_load(INFLUENCE, rod(degrees, 3e-3), force, law="elastic", cells=cells)
+        readings.append(INFLUENCE.readings(load))
+    changes = [np.linalg.norm(b - a) / np.linalg.norm(b) for a, b in itertools.pairwise(readings)]
+    assert max(changes) < 0.05
+
+
 @pytest.mark.parametrize("along", [-1.6e-3, -0.315e-3, 0.0, 1.2e-3])
 def test_cells_in_one_row_carry_the_force_where_it_is(along):
     footprint = Footprint.from_outline(box(-2e-3, -2e-3, 2e-3, 2e-3), INFLUENCE.surface)

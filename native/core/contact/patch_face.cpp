@@ -18,6 +18,8 @@ constexpr double kSliver = 5e-3;
 constexpr int kSides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
 // Cells longer than this, over the compliance's resolution, have quadrature points.
 constexpr double kSpread = 1.0;
+// Rectangles at the sheet's edge are shortened if at least this fraction of their length is left.
+constexpr double kLeastLength = 0.7;
 // A rectangle may exceed the room up to the sheet's edge by this fraction, because rounding must not decide whether one
 // that ends there is beyond it.
 constexpr double kFlush = 1e-9;
@@ -250,6 +252,21 @@ void PatchFace::find_around(const std::vector<std::uint8_t>& pressed, std::vecto
   }
 }
 
+// Shorten the rectangle that replaces a part to what there is room for along x and y. False if too little is left.
+bool PatchFace::shortened(const double* room, Cell& cell) {
+  const std::size_t longer = cell.sides[0] >= cell.sides[1] ? 0 : 1;
+  const double c = std::abs(cell.cosine), s = std::abs(cell.sine);
+  const double along[2] = {longer == 0 ? c : s, longer == 0 ? s : c};
+  double length = cell.sides[longer];
+  for (std::size_t k = 0; k < 2; ++k) {
+    const double left = room[k] - along[1 - k] * cell.sides[1 - longer];
+    if (length * along[k] > left) length = left / along[k];
+  }
+  if (!(length >= kLeastLength * cell.sides[longer])) return false;
+  cell.sides[longer] = length;
+  return true;
+}
+
 // Keep the rectangle that replaces a part within the sheet, because traction beyond the edge would be lost. The
 // rectangle is turned parallel to the edge, made as wide as there is room, and as long as its area needs.
 void PatchFace::keep_on(const Rectangle& sheet, const Point& middle, Cell& cell) {
@@ -259,6 +276,7 @@ void PatchFace::keep_on(const Rectangle& sheet, const Point& middle, Cell& cell)
   const double reached[2] = {std::abs(c) * cell.sides[0] + std::abs(s) * cell.sides[1],
                              std::abs(s) * cell.sides[0] + std::abs(c) * cell.sides[1]};
   if (reached[0] <= (1.0 + kFlush) * room[0] && reached[1] <= (1.0 + kFlush) * room[1]) return;
+  if (shortened(room, cell)) return;
   double sides[2] = {std::hypot(c * cell.sides[0], s * cell.sides[1]),
                      std::hypot(s * cell.sides[0], c * cell.sides[1])};
   const double smaller = std::sqrt(area / (sides[0] * sides[1]));

@@ -83,6 +83,7 @@ class PatchFace {
   void set_heights(const HeightWindow& view);
   static Arms arms_of(const Cell& cell);
   double mean_height(const HeightWindow& view, std::size_t own, Point& gradient) const;
+  static bool shortened(const double* room, Cell& cell);
   static void keep_on(const Rectangle& sheet, const Point& middle, Cell& cell);
   std::vector<Point> outermost() const;
   void place_quadrature(double resolution);
