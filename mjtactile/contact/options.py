@@ -23,6 +23,8 @@ __all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactOptions", "Wrench", "contact_
 
 _UP = np.array([0.0, 0.0, 1.0])
 _UP.setflags(write=False)
+#: Sine of the angle to a curved surface up to which a force is along it; rounding makes 1e-9.
+_TANGENT = 1e-8
 #: Whether the body may tilt under its load.
 TILTS = ("free", "fixed")
 
@@ -75,8 +77,8 @@ class Wrench:
         force: [N], shape (3,).
         moment: about the origin [N m], shape (3,).
         moment_given: False if the force acts at the footprint's centroid because no moment was given.
-        place: where the force presses on a curved surface [m], shape (3,); None on a flat one, or if its line of action
-            does not meet the surface.
+        place: point of a curved surface at which the force presses, or nearest to it if its line of action passes
+            beside the surface [m], shape (3,); None on a flat surface, or if no such point was found.
         outward: unit normal of the surface there, out of the pad, shape (3,).
     """
 
@@ -88,15 +90,22 @@ class Wrench:
 
     @property
     def normal(self) -> float:
-        """Pressing force, along the surface's normal [N]."""
-        return -float(self.force @ self.outward)
+        """Pressing force, along the surface's normal [N]; 0 if that is rounding, or if the force has no place there."""
+        normal = -float(self.force @ self.outward)
+        if self.outward is _UP:
+            return normal
+        if abs(normal) <= _TANGENT * float(np.linalg.norm(self.force)):
+            return 0.0
+        return min(normal, 0.0) if self.place is None else normal
 
     @property
     def through(self) -> Array:
-        """Point (x, y) where a pressing force's line of action meets the surface [m]."""
-        if self.place is not None:
-            return self.place[:2]
-        return np.array([self.moment[1], -self.moment[0]]) / self.normal
+        """Point (x, y) of a pressing force's line of action [m]: in the plane z = 0, or on or nearest to `place`."""
+        if self.outward is _UP:
+            return np.array([self.moment[1], -self.moment[0]]) / self.normal
+        place = np.zeros(3) if self.place is None else self.place
+        arm = np.cross(self.force, self.moment_about_place(self.force, self.moment))
+        return (place + arm / (self.force @ self.force))[:2]
 
     def moment_about_place(self, force: Array, moment: Array) -> Array:
         """Moment about the place where the wrench presses, from a force and its moment about the origin [N m], (3,)."""
@@ -182,7 +191,7 @@ def _on_surface(surface: SurfaceGrid, wrench: Wrench) -> Wrench:
     west, south, east, north = surface.bounds
     outer = core_surface(surface.outer, ((east - west) / 2, (north - south) / 2))
     place = outer.centre_of_pressure(np.concatenate([wrench.force, wrench.moment]))
-    x, y = (0.0, 0.0) if place is None else place[:2].tolist()  # the core presses at the origin then
+    x, y = (0.0, 0.0) if place is None else place[:2].tolist()
     return replace(wrench, place=place, outward=surface.outer.normals(x, y))
 
 

@@ -71,7 +71,7 @@ class WrenchBasis:
         """Readings under a wrench on the footprint.
 
         Args:
-            force: on the pad [N], pad frame, shape (3,); pressing is force[2] < 0.
+            force: on the pad [N], pad frame, shape (3,); it presses if it points into the surface.
             moment: about the pad's origin [N m], shape (3,); by default the force acts at the footprint's centroid.
 
         Returns:

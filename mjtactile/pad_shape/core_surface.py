@@ -50,7 +50,7 @@ class CoreSurface:
             wrench: force [N] and moment about the pad's origin [N m], pad frame, shape (6,).
 
         Returns:
-            The point; None if the line of the force does not meet the surface.
+            The point, at the sheet's rim if the line of the force passes beside it; None if none is found.
         """
         centre = np.empty(3)
         found = library().mjt_centre_of_pressure(self.handle, pointer(contiguous(wrench)), pointer(centre))

@@ -95,6 +95,23 @@ def test_a_force_presses_if_it_points_into_the_surface(dome, share):
     assert load.contact_area == pytest.approx(pressed_ball(dome, STEEP, press=0.01)[0].contact_area)
 
 
+@pytest.mark.parametrize("place", [(0.0, 0.0), (1.2e-3, -0.7e-3), STEEP])
+def test_a_force_along_the_surface_does_not_press(dome, place):
+    outer = dome.surface.outer
+    footprint = Footprint.from_height(resting_ball(outer, place), dome.surface)
+    force = 0.2 * outer.frames(*place)[0]
+    with pytest.warns(ContactWarning, match="no force pressing"):
+        load = contact_load(dome, footprint, force, moment=np.cross(outer.positions(*place), force))
+    assert not load.forces.any()
+
+
+def test_the_warning_says_where_a_force_beside_the_pad_passes(dome):
+    footprint = Footprint.from_height(resting_ball(dome.surface.outer, (0.0, 0.0)), dome.surface)
+    force = np.array([0.0, 0.0, -0.2])
+    with pytest.warns(ContactWarning, match=r"\(20, 0\) mm"):
+        contact_load(dome, footprint, force, moment=np.cross([20e-3, 0.0, 0.0], force), law="elastic")
+
+
 def test_only_shear_along_the_surface_counts_as_shear(dome):
     load = pressed_ball(dome, STEEP)[0]
     outward = dome.surface.outer.normals(*STEEP)
