@@ -86,12 +86,14 @@ def check_name(config: Config) -> None:
             "Choose another name with --name."
         )
     entry = read_registry(config.weights).get(f"shape {name}")
-    if entry is None or name == source:
+    if entry is None or name == source or not (config.weights / entry.file).exists():
         return
-    if stored_module(config.weights, entry).metadata.get("source") != source:
+    # Modules made before sources were told may be of this mesh.
+    if stored_module(config.weights, entry).metadata.get("source", source) != source:
         raise RecognitionError(
             f"{config.weights} has a shape '{name}' already, which was not made from {config.shape} as it is now. "
-            "Choose another name with --name."
+            "Choose another name with --name. If the mesh was edited and is to replace that shape, first delete "
+            f"{config.weights / entry.file}."
         )
 
 

@@ -16,7 +16,7 @@ import math
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -183,8 +183,10 @@ def check_run(path: Path, config: Config) -> None:
 
 
 def _told(config: Config) -> dict[str, str]:
-    """The settings, as they are stored with a run."""
-    return {name: str(value) for name, value in asdict(config).items()}
+    """The settings, as they are stored with a run; 1 and 1.0 are one rate."""
+    given = {one.name: getattr(config, one.name) for one in fields(config)}
+    reals = {one.name for one in fields(config) if isinstance(one.default, float)}
+    return {name: str(float(value) if name in reals else value) for name, value in given.items()}
 
 
 def _results(config: Config, missing: list[tuple[str, int]]) -> Iterator[dict[str, Any]]:

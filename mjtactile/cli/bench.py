@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mjtactile.cli.options import AsJson, PageOption
+from mjtactile.cli.options import AsJson, PageOption, json_text
 from mjtactile.errors import OutputError
 
 bench_app = typer.Typer(help="Measure time, size and error on this machine.", no_args_is_help=True)
@@ -45,7 +45,7 @@ def bench_plugin(
     result = rounded(plugin_benchmark(quick=quick))
     if out is not None:
         _store(result, out)
-    typer.echo(json.dumps(result, indent=2) if as_json else plugin_table(result))
+    typer.echo(json_text(result) if as_json else plugin_table(result))
     write(plugin_table(result))
 
 
@@ -76,7 +76,7 @@ def bench_trade(
     table = trade_table(result)
     if out is not None:
         _store(result, out)
-    typer.echo(json.dumps(result, indent=2) if as_json else table)
+    typer.echo(json_text(result) if as_json else table)
     write(table)
     if figure is not None:
         _draw_trade(result, figure)
@@ -108,7 +108,7 @@ def bench_extremes(as_json: AsJson = False) -> None:
     from mjtactile.cli.benchmarks.extremes import extremes_benchmark, extremes_table
 
     result = extremes_benchmark()
-    typer.echo(json.dumps(result, indent=2) if as_json else extremes_table(result))
+    typer.echo(json_text(result) if as_json else extremes_table(result))
 
 
 @bench_app.command("today")
@@ -135,14 +135,14 @@ def _show(
     write = table_on_page(page, name)
     result = measure()
     table = table_of(result)
-    typer.echo(json.dumps(result, indent=2) if as_json else table)
+    typer.echo(json_text(result) if as_json else table)
     write(table)
 
 
 def _store(result: dict[str, Any], path: Path) -> None:
     from mjtactile._files import write_atomically
 
-    write_atomically(path, lambda file: file.write((json.dumps(result, indent=1) + "\n").encode()))
+    write_atomically(path, lambda file: file.write((json_text(result, indent=1) + "\n").encode()))
 
 
 def _earlier(path: Path) -> dict[str, Any]:

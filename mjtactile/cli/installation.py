@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 from collections.abc import Callable
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mjtactile.cli.options import AsJson, FidelityOption, PadOption
+from mjtactile.cli.options import AsJson, FidelityOption, PadOption, json_text
 from mjtactile.errors import MjTactileError
 from mjtactile.fidelity import DEFAULT
 
@@ -51,7 +50,7 @@ def doctor(as_json: AsJson = False) -> None:
     """Show what is installed, whether it works, and how to repair what does not."""
     findings = [_examined(about, look) for about, look in _LOOKS.items()]
     if as_json:
-        typer.echo(json.dumps([asdict(finding) for finding in findings], indent=2))
+        typer.echo(json_text([asdict(finding) for finding in findings]))
     else:
         for finding in findings:
             typer.echo(f"{'ok   ' if finding.cure is None else 'WRONG'}  {finding.about}: {finding.says}")
@@ -104,7 +103,7 @@ def info(pad: PadOption = None, as_json: AsJson = False) -> None:
         "presets": {name: _size(stored_path(one, name)) for name in PRESETS},
     }
     if as_json:
-        typer.echo(json.dumps(facts, indent=2))
+        typer.echo(json_text(facts))
         return
     for name, value in facts.items():
         if isinstance(value, list):
@@ -131,7 +130,7 @@ def cache_list(as_json: AsJson = False) -> None:
 
     tables = cached_tables()
     if as_json:
-        typer.echo(json.dumps([{**asdict(table), "path": str(table.path)} for table in tables], indent=2))
+        typer.echo(json_text([{**asdict(table), "path": str(table.path)} for table in tables]))
         return
     for table in tables:
         typer.echo(f"{table.size / 1e6:8.1f} MB  {table.path.name}  {table.contents}")

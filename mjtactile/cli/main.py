@@ -6,7 +6,6 @@ Every wrong input ends in one line on standard error and exit code 2.
 from __future__ import annotations
 
 import io
-import json
 import math
 import os
 import sys
@@ -28,7 +27,7 @@ from mjtactile.cli.evaluate import evaluate
 from mjtactile.cli.grasp import grasp_app
 from mjtactile.cli.installation import build, cache_app, doctor, info
 from mjtactile.cli.loop import loop
-from mjtactile.cli.options import AsJson, FidelityOption, PadOption, finite, into_pad, positive
+from mjtactile.cli.options import AsJson, FidelityOption, PadOption, finite, into_pad, json_text, positive
 from mjtactile.cli.reproduce import reproduce
 from mjtactile.cli.view import hands, preview, view
 from mjtactile.errors import MjTactileError
@@ -139,7 +138,7 @@ def press(
     if out is not None:
         report.save(out)
     if as_json:
-        typer.echo(json.dumps(report.as_dict(), indent=2))
+        typer.echo(json_text(report.as_dict()))
     else:
         _print_press(report)
     sys.stdout.flush()

@@ -47,9 +47,9 @@ def into_pad(tilt: float) -> float:
     return tilt
 
 
-def json_text(value: Any) -> str:
+def json_text(value: Any, *, indent: int = 2) -> str:
     """Results as JSON, in which numbers that are not finite are null."""
-    return json.dumps(_with_nulls(value), indent=2, allow_nan=False)
+    return json.dumps(_with_nulls(value), indent=indent, allow_nan=False)
 
 
 def _with_nulls(value: Any) -> Any:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,6 +15,7 @@ from shapely import MultiPolygon, Polygon
 from mjtactile._files import write_atomically
 from mjtactile._types import Array
 from mjtactile.cli.benchmarks.timing import median_time
+from mjtactile.cli.options import json_text
 from mjtactile.contact.options import contact_options
 from mjtactile.errors import IndenterError, MjTactileError, SceneError
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
@@ -118,7 +118,7 @@ class PressReport:
             "settle_time_s": self.settled.time,
             "settle_steps": self.settled.steps,
             "contact_area_m2": self.load.contact_area,
-            "indentation_m": _known(self.load.indentation),
+            "indentation_m": self.load.indentation,
             "peak_pressure_Pa": self.load.peak_pressure,
             "depths_m": [float(peak.depth) for peak in peaks],
             "peak_reading_Pa": [peak.reading for peak in peaks],
@@ -138,7 +138,7 @@ class PressReport:
             "commanded_force": self.commanded,
             **_places(pad),
             "contact_wkt": np.array(self.contact.wkt),
-            "report_json": np.array(json.dumps(self.as_dict())),
+            "report_json": np.array(json_text(self.as_dict())),
             "pad_json": np.array(json.dumps(pad.description)),
         }
         write_atomically(path, lambda file: np.savez_compressed(file, allow_pickle=False, **arrays))
@@ -269,8 +269,3 @@ def _places(pad: Pad) -> dict[str, Array]:
     if isinstance(pad.taxels, FreeTaxels):
         return {"taxels": pad.taxels.positions}
     return {"x": pad.grid.x, "y": pad.grid.y, "depths": np.array(pad.depths)}
-
-
-def _known(value: float) -> float | None:
-    """The value, or None for NaN, which JSON does not have."""
-    return None if math.isnan(value) else value

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from mjtactile.cli.options import PageOption
+from mjtactile.cli.options import PageOption, json_text
 
 
 def reproduce(
@@ -53,5 +52,5 @@ def reproduce(
     report = study_report(found)
     typer.echo(report)
     if json_file is not None:
-        write_atomically(json_file, lambda file: file.write((json.dumps(found, indent=2) + "\n").encode()))
+        write_atomically(json_file, lambda file: file.write((json_text(found) + "\n").encode()))
     write(report)

@@ -70,12 +70,13 @@ class ContactSpec:
     upright: float = 0.0  #: fraction of the presses whose force is not tilted [-]
 
     def __post_init__(self) -> None:
-        """Refuse numbers out of range."""
+        """Refuse numbers out of range, and make those of NumPy ones of Python, which are written as JSON."""
         if not finite_number(self.weight) > 0.0:
             raise DatasetError(f"[[contact]] weight = {shortened(self.weight)}; expected a positive number.")
+        object.__setattr__(self, "weight", _plain(self.weight))
         for name, limits in _CONTACT_LIMITS.items():
-            _check_range(f"[[contact]] {name}", getattr(self, name), limits)
-        _check_share("[[contact]] upright", self.upright)
+            object.__setattr__(self, name, _range(f"[[contact]] {name}", getattr(self, name), limits))
+        object.__setattr__(self, "upright", _share("[[contact]] upright", self.upright))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,11 +104,16 @@ class DatasetSpec:
     pad: Pad = field(default_factory=Pad)
 
     def __post_init__(self) -> None:
-        """Refuse numbers out of range, and what does not go together: laws, transducer, pad, positions and forces."""
-        for name, least, most in (("presses", 1, MOST_PRESSES), ("seed", 0, MOST_SEED)):
-            _count({name: getattr(self, name)}, name, least, least, most)
-        _check_share("free", self.free)
-        _check_range("noise", self.noise, _NOISE_LIMITS)
+        """Refuse numbers out of range, and what does not go together: laws, transducer, pad, positions and forces.
+
+        Numbers of NumPy become ones of Python.
+        """
+        limits = {"presses": (1, MOST_PRESSES), "seed": (0, MOST_SEED)}
+        limits |= dict.fromkeys(("poses", "forces"), (1, MOST_PER_OUTLINE))
+        for name, (least, most) in limits.items():
+            object.__setattr__(self, name, _count({name: getattr(self, name)}, name, least, least, most))
+        object.__setattr__(self, "free", _share("free", self.free))
+        object.__setattr__(self, "noise", _range("noise", self.noise, _NOISE_LIMITS))
         _check_laws(self.laws, self.tangential)
         if self.transducer is not None:
             transducer_for(self.transducer, self.pad.reading_shape, seed=0)
@@ -126,7 +132,8 @@ class DatasetSpec:
     @property
     def description(self) -> dict[str, Any]:
         """The specification as plain values."""
-        return json.loads(json.dumps({**asdict(self), "pad": self.pad.description}))
+        values = {**asdict(self), "pad": self.pad.description}
+        return json.loads(json.dumps(values, default=lambda number: number.tolist()))  # a transducer's may be NumPy's
 
     @property
     def fingerprint(self) -> str:
@@ -346,12 +353,23 @@ def _count(values: dict[str, Any], name: str, default: int, least: int = 1, most
     value = values.get(name, default)
     if not (is_whole(value) and least <= value <= most):
         raise DatasetError(f"{name} = {shortened(value)}; expected a whole number from {least} to {most}.")
-    return value
+    return int(value)
 
 
-def _check_share(name: str, value: object) -> None:
+def _plain(number: Any) -> float:
+    """A number that was checked, as one of Python; whole numbers stay whole, on which fingerprints depend."""
+    return int(number) if is_whole(number) else float(number)
+
+
+def _share(name: str, value: object) -> float:
+    """A share as a number of Python.
+
+    Raises:
+        DatasetError: it is none.
+    """
     if not 0.0 <= finite_number(value) <= 1.0:
         raise DatasetError(f"{name} = {shortened(value)}; expected a share from 0 to 1.")
+    return _plain(value)
 
 
 def _names(values: dict[str, Any], name: str, default: str, known: tuple[str, ...]) -> tuple[str, ...]:
@@ -383,13 +401,21 @@ def _is_pair(given: object) -> TypeGuard[Range]:
     return isinstance(given, list | tuple) and len(given) == 2 and all(map(_is_number, given))
 
 
-def _check_range(name: str, given: object, limits: _Limits) -> None:
-    """Refuse what is no range in SI units, or one beyond its limits; the message has the units of the file."""
+def _range(name: str, given: object, limits: _Limits) -> Range:
+    """A range in SI units, as numbers of Python.
+
+    Raises:
+        DatasetError: it is none, or is beyond its limits; the message has the units of the file.
+    """
+    given = given.tolist() if isinstance(given, np.ndarray) else given
     if not _is_pair(given):
-        raise DatasetError(f"{name} = {shortened(given)}; expected [low, high]; in a file one number may be both.")
+        one = finite_number(given)
+        such = "" if math.isnan(one) else f", such as [{one:g}, {one:g}]"
+        raise DatasetError(f"{name} = {shortened(given)}; expected [low, high]{such}.")
     unit, of, least, most = limits
     (low, high), said = given, f"{name} = [{given[0] / unit:.6g}, {given[1] / unit:.6g}]{of}"
     if low > high:
         raise DatasetError(f"{said}; expected [low, high] with low <= high.")
     if low < least * unit or high > most * unit:
         raise DatasetError(f"{said}; expected values from {least:g} to {most:g}{of}.")
+    return _plain(low), _plain(high)

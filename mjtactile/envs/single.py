@@ -90,7 +90,8 @@ class TactileEnv(EzPickle, gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             The first observation, and infos.
 
         Raises:
-            EnvError: the task does not know an option. The environment must be reset again then.
+            EnvError: the task does not know an option: the environment must be reset again then. Or the options are no
+                mapping: the episode goes on.
         """
         super().reset(seed=seed)
         self.task.begin(_ROW, [self.np_random], options)

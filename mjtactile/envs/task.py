@@ -166,10 +166,11 @@ class Task(ABC):
             options: options of `reset`, the same for all; see the tasks.
 
         Raises:
-            EnvError: the task does not know an option. The environments must be reset again then.
+            EnvError: the task does not know an option: the environments must be reset again then. Or the options are no
+                mapping: the episodes go on.
         """
-        self.steps[rows] = -1  # until all is done: a reset that is refused has begun nothing
         asked = reset_options(options)
+        self.steps[rows] = -1  # until all is done: a reset that is refused has begun nothing
         self._randomise(rows, drawn)
         self._draw(rows, drawn, asked)
         # Separate streams: random numbers of later episodes must not depend on the number of observations in this one.

@@ -8,7 +8,7 @@ import numpy as np
 
 from mjtactile._progress import progress_bar
 from mjtactile.dataset.files import Dataset, read_dataset
-from mjtactile.dataset.spec import spec_from
+from mjtactile.dataset.spec import pad_from
 from mjtactile.lerobot.features import Feature, tactile_columns, tactile_features, vector
 from mjtactile.lerobot.writer import LeRobotWriter
 
@@ -42,11 +42,12 @@ def presses_to_lerobot(presses: str | Path, folder: str | Path, *, flat: bool = 
         DatasetError: there are no presses, or the folder exists.
     """
     data = read_dataset(presses)
-    spec = spec_from(data.metadata["spec"])
+    # Not `spec_from`: datasets made before a specification was refused are converted all the same.
+    spec = data.metadata["spec"]
     features = {name: vector(names, unit) for name, (names, unit) in _VECTORS.items()}
     features |= {"label.free": Feature(dtype="bool")}
-    features |= tactile_features(PAD, spec.pad, flat=flat)
-    outlines = data.labels["press"] // spec.presses_per_outline
+    features |= tactile_features(PAD, pad_from(spec["pad"]), flat=flat)
+    outlines = data.labels["press"] // (spec["poses"] * spec["forces"])
     episodes = [np.flatnonzero(outlines == outline) for outline in np.unique(outlines)]
     with (
         LeRobotWriter(folder, fps=_FPS, features=features, robot="mjtactile presses") as writer,

@@ -7,8 +7,8 @@
     data/chunk-000/file-000.parquet                 frames, episode after episode
 
 Source: https://github.com/huggingface/lerobot, version 0.4, `lerobot.datasets`. A dataset appears complete or not at
-all: it is written to a temporary folder beside its own, which is renamed at the end. A lock in that folder keeps other
-writers out.
+all: it is written to a temporary folder beside its own, which is renamed at the end. A lock file beside both keeps
+other writers out until then.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import json
 import os
 import shutil
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -25,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 from filelock import FileLock, Timeout
 
-from mjtactile._files import PARTIAL, make_folder, path_from, write_atomically
+from mjtactile._files import PARTIAL, make_folder, path_from, why_unread, write_atomically
 from mjtactile.errors import DatasetError, of_type, shortened
 from mjtactile.lerobot.features import Feature
 from mjtactile.lerobot.statistics import Statistics, column_statistics, joined
@@ -47,7 +48,7 @@ _OWN = {
     "task_index": Feature(dtype="int64"),
 }
 _TASK_NAME = "__index_level_0__"
-#: File in the temporary folder that its writer locks.
+#: Suffix of the file that a writer locks, after the name of its temporary folder.
 _LOCK = ".lock"
 
 
@@ -87,27 +88,34 @@ class LeRobotWriter:
         self._statistics: dict[str, Statistics] = {}
         self._frames, self._file, self._written = 0, 0, 0
         self._open: Any = None
-        self._lock = FileLock(self._partial / _LOCK)
+        self._lock_file = self._partial.with_name(self._partial.name + _LOCK)
+        self._lock = FileLock(self._lock_file)
         self._entered = False
 
     def __enter__(self) -> LeRobotWriter:
-        """Make the temporary folder.
+        """Lock the dataset's name, and make the temporary folder.
 
         Raises:
-            DatasetError: another writer is at work there, or it exists and was not left by one.
+            DatasetError: another writer is at work there, the lock file cannot be used, or the folder exists and was
+                not left by a writer.
             OutputError: it cannot be made.
         """
-        self._remove_partial()
-        make_folder(self._partial)
+        make_folder(self._partial.parent)
         self._acquire()
+        try:
+            self._remove_partial()
+            make_folder(self._partial)
+        except BaseException:
+            self._release()
+            raise
         self._entered = True
         return self
 
     def _acquire(self) -> None:
-        """Lock the temporary folder.
+        """Lock the dataset's name against other writers.
 
         Raises:
-            DatasetError: another writer has locked it.
+            DatasetError: another writer has locked it, or the lock file cannot be used.
         """
         try:
             self._lock.acquire(timeout=0)
@@ -117,15 +125,27 @@ class LeRobotWriter:
             ) from None
         except NotImplementedError:  # a file system without locks
             pass
+        except (OSError, ValueError) as error:
+            raise DatasetError(
+                f"cannot lock {self._lock_file}: {why_unread(error)}. That file keeps other writers out while the "
+                "dataset is made. Move or delete what is there, or name a folder where you can write."
+            ) from error
+
+    def _release(self) -> None:
+        """Delete the lock file, and let other writers in."""
+        with suppress(OSError):
+            self._lock_file.unlink()  # while it is locked: afterwards it may be another writer's
+        self._lock.release()
 
     def _remove_partial(self) -> None:
         """Delete the partial folder that a killed process left."""
         if not os.path.lexists(self._partial):
             return
-        own = self._partial.is_dir() and {entry.name for entry in self._partial.iterdir()} <= {"data", "meta", _LOCK}
+        try:
+            own = self._partial.is_dir() and {entry.name for entry in self._partial.iterdir()} <= {"data", "meta"}
+        except OSError:
+            own = False
         if own and not self._partial.is_symlink():
-            self._acquire()
-            self._lock.release()
             shutil.rmtree(self._partial, ignore_errors=True)
         if os.path.lexists(self._partial):
             raise DatasetError(
@@ -142,8 +162,8 @@ class LeRobotWriter:
             if kind is None:
                 self._finish()
         finally:
-            self._lock.release()
             shutil.rmtree(self._partial, ignore_errors=True)
+            self._release()
 
     def add_episode(self, columns: Mapping[str, npt.NDArray[Any]], task: str) -> None:
         """Write an episode.
@@ -265,8 +285,6 @@ class LeRobotWriter:
         }
         _write_json(meta / "stats.json", statistics)
         _write_json(meta / "info.json", self._info())
-        self._lock.release()
-        (self._partial / _LOCK).unlink(missing_ok=True)
         try:
             self._partial.rename(self._folder)
         except OSError as error:

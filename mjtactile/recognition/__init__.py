@@ -93,8 +93,7 @@ def load(
         raise RecognitionError(
             f"also = {shortened(also)} is for the shape recogniser; {name!r} recognises no shapes. Leave it out."
         )
-    where = _weights(layers, folder, grasp=name == "grasp")
-    registry = read_registry(where)
+    where, registry = _weights(layers, folder, grasp=name == "grasp")
     view = _view(registry, where, layers)
     check_pad(view, pad)
     if name != "shape":
@@ -122,23 +121,26 @@ def modules(*, layers: str | None = None, folder: str | Path | None = None) -> d
     Raises:
         RecognitionError: there are no weights for these layers, or no registry, or it is damaged.
     """
-    where = _weights(layers, folder)
-    registry = read_registry(where)
+    where, registry = _weights(layers, folder)
     if layers is not None and folder is not None:
         _view(registry, where, layers)
     return registry
 
 
-def _weights(layers: str | None, folder: str | Path | None, *, grasp: bool = False) -> Path:
-    """The folder of weights: the given one or its subfolder, or that of the package, for some layers or for grasps."""
+def _weights(layers: str | None, folder: str | Path | None, *, grasp: bool = False) -> tuple[Path, dict[str, Entry]]:
+    """The folder of weights and its registry: the given folder or its subfolder, or one of the package.
+
+    For some layers, or for grasps.
+    """
     if layers is not None and not (isinstance(layers, str) and layers in LAYERS):
         raise RecognitionError(f"layers = {layers!r}; expected one of {', '.join(map(repr, LAYERS))}.")
     if not isinstance(folder, str | Path | None):
         raise RecognitionError(f"folder is of type {type(folder).__name__}; expected the name of a folder of weights.")
-    own = _GRASP if grasp else layers or "all"
-    if folder is None:
-        return SHIPPED / own
-    return Path(folder) if holds_registry(Path(folder)) or not holds_registry(Path(folder, own)) else Path(folder, own)
+    names = (_GRASP,) if grasp else LAYERS if layers is None else (layers,)
+    where = SHIPPED / names[0] if folder is None else Path(folder)
+    if not holds_registry(where) and holds_registry(where / names[0]):
+        where /= names[0]
+    return where, read_registry(where, names)
 
 
 def _view(registry: dict[str, Entry], where: Path, layers: str | None) -> Stored:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -82,8 +83,12 @@ def holds_registry(folder: Path) -> bool:
         return False
 
 
-def read_registry(folder: Path) -> dict[str, Entry]:
+def read_registry(folder: Path, subfolders: Sequence[str] | None = None) -> dict[str, Entry]:
     """The modules registered in a folder of weights, by name.
+
+    Args:
+        folder: folder of the registry.
+        subfolders: names of its subfolders that would do as well, for the error message; None for any.
 
     Raises:
         RecognitionError: there is no registry, or it cannot be read, or it is damaged.
@@ -98,9 +103,11 @@ def read_registry(folder: Path) -> dict[str, Entry]:
         return {one["name"]: Entry(**{**one, "needs": tuple(one["needs"])}) for one in listed}
     except (FileNotFoundError, NotADirectoryError):
         inside = sorted(path.parent.name for path in folder.glob(f"*/{REGISTRY}"))
-        cure = f"Give one of its subfolders: {', '.join(inside)}." if inside else "Train them: make weights"
+        suited = [name for name in inside if subfolders is None or name in subfolders]
+        cure = f"Give one of its subfolders: {', '.join(suited)}." if suited else "Train them: make weights"
+        nor = f", nor in its subfolder {' or '.join(subfolders)}" if subfolders and inside and not suited else ""
         file = " It is a file: give the folder of its registry." if folder.is_file() else ""
-        raise RecognitionError(f"there are no recognisers in {folder}.{file} {cure}") from None
+        raise RecognitionError(f"there are no recognisers in {folder}{nor}.{file} {cure}") from None
     except OSError as error:
         raise RecognitionError(f"{path} cannot be read: {why_unread(error)}. Give a folder of weights.") from error
     except (ValueError, KeyError, TypeError) as error:

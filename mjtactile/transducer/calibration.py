@@ -107,7 +107,10 @@ def calibrate(
     gains = (loaded - rest) / nominal
     dead = gains < _DEAD
     if dead.all():
-        raise TransducerError(f"no taxel reports a pressure of {pressure:g} Pa. Is the array connected?")
+        raise TransducerError(
+            f"no taxel reports a pressure of {pressure:g} Pa. Is the array connected? If it reports with a delay, let "
+            "its function discard reports of the pressure before: only for a Transducer itself that is done here."
+        )
     return Calibration(element, rest, gains, dead)
 
 

@@ -1,6 +1,7 @@
 """The command line as a user meets it: real processes, real files."""
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -88,6 +89,19 @@ def test_the_contact_area_printed_is_the_one_in_the_json(monkeypatch, capsys, dr
         said.append(capsys.readouterr().out)
     area = json.loads(said[1])["contact_area_m2"]
     assert f"contact {area * 1e6:.4g} mm2" in said[0]
+
+
+def test_numbers_that_are_not_finite_are_null_in_every_json(monkeypatch, capsys, tmp_path):
+    """Readers other than Python's refuse NaN."""
+    measured = {"rows": [{"off": math.nan}], "time": math.inf}
+    monkeypatch.setattr("mjtactile.cli.benchmarks.extremes.extremes_benchmark", lambda: measured)
+    monkeypatch.setattr("mjtactile.experiments.study.reproduce.reproduce", lambda *_, **__: measured)
+    monkeypatch.setattr("mjtactile.experiments.study.report.study_report", lambda _: "")
+    for line in (["bench", "extremes", "--json"], ["reproduce", "--json", str(tmp_path / "study.json")]):
+        monkeypatch.setattr("sys.argv", ["mjtactile", *line])
+        main()
+    for text in (capsys.readouterr().out, (tmp_path / "study.json").read_text()):
+        assert json.loads(text, parse_constant=pytest.fail) == {"rows": [{"off": None}], "time": None}
 
 
 def test_a_figure_without_opengl_leaves_the_scene_out_and_says_what_to_install(tmp_path, draft):

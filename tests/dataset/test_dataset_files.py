@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -212,7 +213,8 @@ def test_a_press_that_is_refused_is_not_one_that_did_not_settle(monkeypatch):
 
 
 def test_workers_may_be_whole_numbers_of_numpy(tmp_path):
-    assert make_dataset(replace(SPEC, presses=4), tmp_path, workers=np.int64(1), progress=False) == 4  # type: ignore[arg-type]
+    workers: Any = np.int64(1)
+    assert make_dataset(replace(SPEC, presses=4), tmp_path, workers=workers, progress=False) == 4
 
 
 @pytest.mark.parametrize("workers", [None, 1.0, True, "ray", "2"])

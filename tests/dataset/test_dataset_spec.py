@@ -1,7 +1,9 @@
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from shapely import Polygon
 
 from mjtactile.dataset.sampling import outline_presses
 from mjtactile.dataset.shapes import shape_face
-from mjtactile.dataset.spec import ContactSpec, load_spec, parse_spec, spec_from
+from mjtactile.dataset.spec import ContactSpec, DatasetSpec, load_spec, parse_spec, spec_from
 from mjtactile.errors import DatasetError, IndenterError, TransducerError
 from mjtactile.geometry.solid import extrude
 from mjtactile.units import GRAM_FORCE
@@ -61,7 +63,8 @@ def test_what_cannot_be_is_refused_by_name(values, said):
         ({"shift": (1e-3, -1e-3)}, r"shift = \[1, -1\] mm; expected \[low, high\]"),
         ({"rotation": (0.0, math.inf)}, "rotation"),
         ({"force": (1.0, math.nan)}, r"force = \(1.0, nan\)"),
-        ({"force": 1.0}, "force = 1.0"),
+        ({"force": 1.0}, r"force = 1.0; expected \[low, high\], such as \[1, 1\]"),
+        ({"force": np.ones(3)}, r"force = \[1.0, 1.0, 1.0\]; expected \[low, high\]\."),
         ({"tilt": (0.0, 1.6)}, "tilt"),
         ({"azimuth": ("a", "b")}, "azimuth"),
         ({"upright": -0.1}, "upright = -0.1; expected a share"),
@@ -70,6 +73,27 @@ def test_what_cannot_be_is_refused_by_name(values, said):
 def test_contacts_made_in_python_are_checked_as_those_of_files_are(values, said):
     with pytest.raises(DatasetError, match=said):
         ContactSpec(shapes=("star",), **values)
+
+
+def test_numbers_of_numpy_become_numbers_of_python():
+    numbers: dict[str, Any] = {"weight": np.int64(2), "size": np.array([0.5, 2.0], np.float32)}
+    numbers |= {"tilt": (np.float32(0.25), np.float64(0.5)), "upright": np.float32(0.5)}
+    counts: dict[str, Any] = {"presses": np.int64(8), "seed": np.uint8(3), "poses": np.int32(2), "forces": np.int16(1)}
+    counts |= {"noise": np.zeros(2), "free": np.float32(0.5)}
+    counts |= {"transducer": {"name": "capacitive", "full_scale": np.float32(5e4)}}
+    of_numpy = DatasetSpec(contacts=(ContactSpec(shapes=("star",), **numbers),), **counts)
+    contact = ContactSpec(shapes=("star",), weight=2, size=(0.5, 2.0), tilt=(0.25, 0.5), upright=0.5)
+    counts = {"presses": 8, "seed": 3, "poses": 2, "forces": 1, "free": 0.5}
+    plain = DatasetSpec(contacts=(contact,), transducer={"name": "capacitive", "full_scale": 5e4}, **counts)
+    assert json.dumps(of_numpy.description) == json.dumps(plain.description)
+    assert of_numpy.fingerprint == plain.fingerprint
+    assert type(of_numpy.contacts[0].tilt[0]) is float
+
+
+@pytest.mark.parametrize("counts", [{"poses": 0}, {"forces": 1.5}])
+def test_counts_made_in_python_are_checked_as_those_of_files_are(counts):
+    with pytest.raises(DatasetError, match=r"(poses|forces) = .*expected a whole number from 1 to 10000"):
+        DatasetSpec(contacts=(ContactSpec(shapes=("star",)),), **counts)
 
 
 def test_laws_and_distributions_of_shear_that_do_not_go_together_are_refused():

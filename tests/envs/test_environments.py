@@ -147,8 +147,10 @@ def test_a_pad_may_be_a_file(name, tmp_path):
 @pytest.mark.parametrize("options", ["mass", ["mass"], 3])
 def test_reset_options_are_values_by_name(options):
     for env in (gymnasium.make("mjtactile/GraspLift-v0"), make_vec("mjtactile/GraspLift-v0", 2)):
+        env.reset(seed=0)
         with pytest.raises(EnvError, match="expected values by name"):
             env.reset(options=options)
+        env.step(np.zeros(env.action_space.shape or (), np.float32))  # the episode goes on
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from written_sets import info, needs_lerobot, read, read_with_lerobot
 
 from mjtactile.cli.main import app
 from mjtactile.dataset.files import make_dataset, read_dataset
-from mjtactile.dataset.spec import ContactSpec, DatasetSpec
+from mjtactile.dataset.spec import ContactSpec, DatasetSpec, spec_from
 from mjtactile.envs.single import TactileEnv
 from mjtactile.errors import DatasetError, EnvError
 from mjtactile.experiments.grasp.trials import TrialSettings
@@ -36,6 +37,19 @@ def test_presses_are_the_same_in_both_formats(presses: Path, tmp_path: Path):
     assert np.array_equal(found["observation.tactile.pad"], parquet.readings)
     assert np.array_equal(found["label.force"], parquet.forces.astype(np.float32))
     assert np.array_equal(found["label.position"], parquet.positions.astype(np.float32))
+
+
+def test_presses_of_a_specification_that_is_refused_by_now_are_converted(tmp_path: Path, monkeypatch):
+    spec = replace(SPEC, presses=30, poses=3, forces=4)
+    delayed = spec.description | {"transducer": {"name": "capacitive", "imperfections": {"delay": 2}}}
+    with pytest.raises(DatasetError, match="delay"):
+        spec_from(delayed)
+    monkeypatch.setattr(DatasetSpec, "description", delayed)
+    make_dataset(spec, tmp_path / "presses", progress=False)
+    assert presses_to_lerobot(tmp_path / "presses", tmp_path / "set", progress=False) == 3
+    assert np.array_equal(
+        read(tmp_path / "set")["observation.tactile.pad"], read_dataset(tmp_path / "presses").readings
+    )
 
 
 @needs_lerobot

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -131,7 +132,51 @@ def test_a_second_writer_of_a_dataset_is_refused_and_the_first_one_goes_on(tmp_p
             pass
         first.add_episode({"a": np.ones(2)}, "push")
     assert read(tmp_path / "set")["a"].tolist() == [0.0, 1.0, 1.0]
-    assert [path.name for path in (tmp_path / "set").glob(".*")] == []
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]
+
+
+def test_a_second_writer_is_refused_until_the_first_one_s_folders_are_in_place(tmp_path: Path, monkeypatch):
+    first, second = (LeRobotWriter(tmp_path / "set", fps=1, features={"a": Feature()}) for _ in range(2))
+    refused = []
+
+    def meanwhile(change):
+        def changed(*args, **kwargs):
+            with pytest.raises(DatasetError, match="another writer is making"), second:
+                pass
+            refused.append(change.__name__)
+            return change(*args, **kwargs)
+
+        return changed
+
+    (tmp_path / "set.partial" / "data").mkdir(parents=True)  # left by a killed run
+    monkeypatch.setattr(Path, "rename", meanwhile(Path.rename))
+    monkeypatch.setattr("shutil.rmtree", meanwhile(shutil.rmtree))
+    with first:
+        first.add_episode({"a": np.ones(2)}, "push")
+    assert refused == ["rmtree", "rename", "rmtree"]
+    assert read(tmp_path / "set")["a"].tolist() == [1.0, 1.0]
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]
+
+
+def test_a_lock_that_cannot_be_used_is_refused(tmp_path: Path):
+    lock = tmp_path / "set.partial.lock"
+    lock.mkdir()
+    with pytest.raises(DatasetError, match=r"cannot lock .*set\.partial\.lock: .*Move or delete"):
+        write(tmp_path / "set")
+    assert list(tmp_path.iterdir()) == [lock]
+
+
+def test_a_left_folder_that_cannot_be_listed_is_refused(tmp_path: Path, monkeypatch):
+    (tmp_path / "set.partial").mkdir()
+
+    def denied(_):
+        raise PermissionError
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "iterdir", denied)
+        with pytest.raises(DatasetError, match="Move or delete it"):
+            write(tmp_path / "set")
+    assert [path.name for path in tmp_path.iterdir()] == ["set.partial"]
 
 
 def test_a_dataset_whose_folder_appeared_meanwhile_gets_another_name(tmp_path: Path):

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from typer.testing import CliRunner
 
 from mjtactile.cli.evaluate import side_by_side, tables
 from mjtactile.cli.main import app
+from mjtactile.errors import RecognitionError
 from mjtactile.recognition.evaluation.arrays import TransducerArray
 from mjtactile.recognition.evaluation.recognisers import (
     EvaluationSettings,
@@ -107,6 +109,12 @@ def test_what_could_not_be_measured_is_null_in_json(monkeypatch):
 def test_a_folder_of_weights_or_one_of_its_layers_is_evaluated(folder):
     pairs = recognisers(folder)
     assert {layers: force.view.layers for layers, (force, _) in pairs.items()} == {"all": (0, 1, 2, 3), "top": (0,)}
+
+
+def test_the_layers_that_a_folder_lacks_are_named(tmp_path):
+    shutil.copytree(SHIPPED / "all", tmp_path / "all")
+    with pytest.raises(RecognitionError, match=r"nor in its subfolder top\. Train them"):
+        recognisers(tmp_path / "all")
 
 
 @pytest.fixture(scope="module")

@@ -207,6 +207,19 @@ def test_layers_that_a_folders_weights_do_not_use_are_refused(tmp_path):
         recognition.load("force", folder=tmp_path)
 
 
+def test_subfolders_that_do_not_serve_are_not_advised(tmp_path):
+    for name in ("all", "grasp"):
+        shutil.copytree(SHIPPED / name, tmp_path / name)
+    with pytest.raises(RecognitionError, match=r"no recognisers in .*, nor in its subfolder top\. Train them"):
+        recognition.load("force", layers="top", folder=tmp_path)
+    shutil.rmtree(tmp_path / "all")
+    with pytest.raises(RecognitionError, match=r"nor in its subfolder all or top\. Train them"):
+        recognition.load("force", folder=tmp_path)
+    (tmp_path / "grasp").rename(tmp_path / "all")
+    with pytest.raises(RecognitionError, match=r"nor in its subfolder grasp\. Train them"):
+        recognition.load("grasp", folder=tmp_path)
+
+
 def test_one_call_takes_less_than_a_millisecond(recognise, pressed):
     readings = pressed("disc", FORCE)[0]
     assert median_time(lambda: recognise(readings), repeats=101) < 1e-3

@@ -63,6 +63,9 @@ def test_runs_of_other_settings_are_refused_and_what_changes_none_is_not(tmp_pat
     stored = {name: str(value) for name, value in vars(config).items()}
     path.write_text(json.dumps({"config": stored}))
     train.check_run(path, replace(config, seeds=9, workers=1, out=tmp_path / "other", figure=Path("curves.png")))
+    path.write_text(json.dumps({"config": {**stored, "rate": "1.0"}}))
+    train.check_run(path, replace(config, rate=1))
+    path.write_text(json.dumps({"config": stored}))
     with pytest.raises(TrialsError, match=r"other settings: steps 128, not 256; rate 0\.001, not 0\.01\. "):
         train.main(replace(config, steps=256, rate=0.01))
     for name in train.Config.__dataclass_fields__.keys() - train._OUTSIDE:

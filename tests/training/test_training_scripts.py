@@ -128,6 +128,19 @@ def test_a_new_shape_takes_no_other_shapes_name(tmp_path, scripts):
     write_weights(weights / "shape-tool.safetensors", {}, module, Pad())
     register(weights, "shape-tool.safetensors", optional=True)
     assert check(one).called == "tool"
+    file = weights / "shape-tool.safetensors"
+    one.write_bytes(b"edited")
+    with pytest.raises(recognition.RecognitionError, match=r"to replace that shape, first delete .*shape-tool\.safe"):
+        check(one)
+    kept = file.read_bytes()
+    file.unlink()
+    assert check(one).called == "tool"
+    write_weights(file, {}, {name: value for name, value in module.items() if name != "source"}, Pad())
+    register(weights, file.name, optional=True)
+    assert check(one).called == "tool"  # made before sources were told
+    one.write_bytes(b"1")
+    file.write_bytes(kept)
+    register(weights, file.name, optional=True)
     assert check(other, "second").called == "second"
     assert check("hexagon").called == "hexagon"
     with pytest.raises(recognition.RecognitionError, match=r"'star' is one of the package's shapes.*with --name"):

@@ -74,6 +74,12 @@ def test_readings_that_are_still_of_the_pressure_before_are_discarded(delay):
     assert len(reported) == 2 * (20 + delay)
 
 
+def test_a_delay_behind_a_function_is_named_where_nothing_is_reported():
+    array = Transducer(ELEMENTS[0], Imperfections(delay=9), shape=SHAPE)
+    with pytest.raises(TransducerError, match=r"connected\? If it reports with a delay, .*discard"):
+        calibrate(lambda stress: array(stress), ELEMENTS[0], shape=SHAPE, pressure=FULL / 2, readings=4)
+
+
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_a_pressure_beyond_the_elements_range_is_refused(element):
     """Every taxel would report the end of the range, and all gains would be too small by the same factor."""
