@@ -48,6 +48,7 @@ class Footprint:
         bounded: whether contact is limited to the outline, which was given. Otherwise the outline was traced from the
             gap function and is only approximate.
         upright: on a curved pad, height z of the body's lower side in the pad frame [m], at its current position.
+        above: height of that position above the one of first contact, along z [m].
     """
 
     outline: Polygon | MultiPolygon
@@ -57,6 +58,7 @@ class Footprint:
     reach: float = 0.0
     bounded: bool = False
     upright: GapFunction | None = None
+    above: float = 0.0
 
     @classmethod
     def from_outline(cls, outline: BaseGeometry, surface: SurfaceGrid) -> Footprint:
@@ -151,7 +153,7 @@ class Footprint:
         if outer.is_flat:
             return cls.from_gap(checked, surface, outline=outline)
         made = cls.from_gap(_Shifted(checked, 0.0, -1.0, outer), surface, outline=outline)
-        return replace(made, upright=checked)
+        return replace(made, upright=checked, above=made.lowest)
 
     def heights(self, points: Array) -> Array:
         """Heights of the body at points of the pad frame.

@@ -207,9 +207,9 @@ class Press:
             if one.error is not None:
                 raise one.error
         self._cells = [one.cells for one in told]
-        return [self._solved(k, nodal[k], told[k], wrenches[k]) for k in range(count)]
+        return [self._solved(k, nodal[k], told[k], footprints[k], wrenches[k]) for k in range(count)]
 
-    def _solved(self, body: int, nodal: Array, told: Told, wrench: Wrench) -> Solved:
+    def _solved(self, body: int, nodal: Array, told: Told, footprint: Footprint, wrench: Wrench) -> Solved:
         if told.refused:
             raise ContactError(
                 "no part of the body touches the pad: it is too far from the pad everywhere, or too narrow for its "
@@ -220,7 +220,8 @@ class Press:
         covered = Rim(ends)
         slips = self._options.choice.slips
         state = ContactState(
-            indentation=told.indentation,
+            # Near the place of contact, heights along the normal are those along z times the normal's rise.
+            indentation=told.indentation - footprint.above * float(wrench.outward[2]),
             # The body moves down by indentation + slope . (x, y), so it rotates by (-slope y, slope x).
             tilts=(0.0 - told.slopes[1], told.slopes[0]),
             contact_area=told.area,

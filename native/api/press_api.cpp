@@ -89,12 +89,12 @@ double depth(const mjt_press& press, const SolvedCells& solved, std::size_t cell
   return solved.contact->depth(*solved.face, *press.options.law, solved.workspace->matrix, cell);
 }
 
-// Height above a cell of the body where it first touches the pad [m].
+// Height of the undisplaced body above a cell [m].
 double height(const SolvedCells& solved, std::size_t cell) {
   double above = solved.heights == nullptr ? 0.0 : solved.heights[cell];
   if (solved.sunk != nullptr) above += solved.sunk[cell];
   if (solved.view == nullptr) return above;
-  return solved.view->unmeasured(solved.face->centroids[cell], above) - solved.least;
+  return solved.view->unmeasured(solved.face->centroids[cell], above);
 }
 
 // Set the body's indentation at a point and its slopes. They follow by least squares from the depths of the pressed

@@ -16,8 +16,12 @@ constexpr double kSteady = 8.0;
 // A face that extends beyond the sheet is cut at the sheet's edge, for a placement rounded to this [m, rad]. The error
 // of the edge is a hundredth of the depth of the first taxels. A right angle is a multiple of the angle's step, so that
 // scenes turned by it are cut alike.
-constexpr double kCutStep = 5e-6, kCutTurn = 1.57079632679489661923 / 3142;
+constexpr double kRightAngle = 1.57079632679489661923;
+constexpr double kCutStep = 5e-6, kCutTurn = kRightAngle / 3142;
 constexpr std::size_t kMostCutFaces = 64;
+// Share of a cut outline that must lie on the sheet's rim for cells along the sheet's axes. It is not a ratio of simple
+// shapes.
+constexpr double kMostlyRim = 0.503;
 // Least cosine of a face's slope with which it may face the pad alone.
 constexpr double kFacing = 0.9;
 // Largest distance of a pressing face from the surface, above it or, with soft contacts, below it, over the pad's
@@ -695,7 +699,7 @@ SolvedCells PadSensor<Value>::solved_cells(std::size_t touch) const {
   solved.contact = &press.contact();
   solved.face = &press.cells();
   solved.placement = press.placement();
-  if (curved()) solved.bent = &press.laid(), solved.least = press.patch.least();
+  if (curved()) solved.bent = &press.laid();
   solved.carried = press.carried;
   if (!whole) solved.view = press.flat ? &press.face.view() : &press.patch.view();
   solved.heights = press.heights();
@@ -785,20 +789,23 @@ std::shared_ptr<const Face> PadSensor<Value>::cut_face(const Touch& touch, std::
   const Rectangle over = sheet();
   Outline cut;
   bool any = true;
+  double angle = 0.0;
   if (whole.endless) {
     cut.rings.push_back(
         {{over.west, over.south}, {over.east, over.south}, {over.east, over.north}, {over.west, over.north}});
   } else {
-    const double angle = static_cast<double>(place[2]) * kCutTurn;
+    angle = static_cast<double>(place[2]) * kCutTurn;
     const Placement there = {std::cos(angle), std::sin(angle),
                              {static_cast<double>(place[0]) * kCutStep, static_cast<double>(place[1]) * kCutStep}};
     any = clip_outline(whole.outline, there, over, cut);
+    // By whole right angles, so that cells turn with a scene that is turned by them.
+    if (share_on_rim(cut, over) > kMostlyRim) angle = kRightAngle * std::floor(angle / kRightAngle + 0.5);
   }
   std::shared_ptr<Face> face;
   if (any) {
     face = std::make_shared<Face>();
-    // The squares lie along the side's own axes, or along the sheet's if the side covers all of it.
-    if (cutter_.make(cut, options_.cells, *face, whole.endless ? 0.0 : static_cast<double>(place[2]) * kCutTurn)) {
+    // The squares lie along the side's own axes, or along the sheet's if most of the outline is the sheet's rim.
+    if (cutter_.make(cut, options_.cells, *face, angle)) {
       std::copy(whole.rotation, whole.rotation + 9, face->rotation);
       face->height = whole.height;
       face->most_slope = whole.most_slope;

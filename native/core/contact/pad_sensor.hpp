@@ -56,7 +56,6 @@ struct SolvedCells {
   // The view from which heights are measured; null for cells of a flat face.
   const HeightWindow* view = nullptr;
   const double* heights = nullptr;         // of the body above the cells (cells) [m]; null for a flat face
-  double least = 0.0;                      // height of the body's lowest point above a curved pad, as it was given [m]
   const double* sunk = nullptr;            // lowering of the surface by other bodies (cells) [m]; null for none
   CellForces forces = {nullptr};           // on the cells; on a curved pad in the tangent plane's frame
   const FullCompliance* full = nullptr;    // compliance with which shear was solved; null for none

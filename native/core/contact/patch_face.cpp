@@ -18,8 +18,9 @@ constexpr double kSliver = 5e-3;
 constexpr int kSides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
 // Cells longer than this, over the compliance's resolution, have quadrature points.
 constexpr double kSpread = 1.0;
-// Rectangles at the sheet's edge are shortened if at least this fraction of their length is left.
-constexpr double kLeastLength = 0.7;
+// Rectangles at the sheet's edge whose sides have more than the ratio kLong are shortened, if at least the fraction
+// kLeastLength of their length is left. The ratio is not one of small whole numbers, as rounding would decide there.
+constexpr double kLong = 1.503, kLeastLength = 0.7;
 // A rectangle may exceed the room up to the sheet's edge by this fraction, because rounding must not decide whether one
 // that ends there is beyond it.
 constexpr double kFlush = 1e-9;
@@ -252,9 +253,11 @@ void PatchFace::find_around(const std::vector<std::uint8_t>& pressed, std::vecto
   }
 }
 
-// Shorten the rectangle that replaces a part to what there is room for along x and y. False if too little is left.
+// Shorten the long rectangle that replaces a part to what there is room for along x and y. False if it is not long, or
+// if too little is left.
 bool PatchFace::shortened(const double* room, Cell& cell) {
   const std::size_t longer = cell.sides[0] >= cell.sides[1] ? 0 : 1;
+  if (!(cell.sides[longer] > kLong * cell.sides[1 - longer])) return false;
   const double c = std::abs(cell.cosine), s = std::abs(cell.sine);
   const double along[2] = {longer == 0 ? c : s, longer == 0 ? s : c};
   double length = cell.sides[longer];

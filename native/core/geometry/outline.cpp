@@ -9,6 +9,9 @@
 namespace mjtactile {
 namespace {
 
+// Distance from a side of the sheet up to which a point lies on it, over the sheet's size.
+constexpr double kOnRim = 1e-9;
+
 // Areas below this fraction of the rectangle's are rounding.
 constexpr double kNoArea = 1e-14;
 
@@ -150,6 +153,26 @@ bool clip_outline(const Outline& outline, const Placement& placement, const Rect
   double area = 0.0;
   for (const std::vector<Point>& ring : result.rings) area += signed_area(ring);
   return area > kNoArea * sheet.area();
+}
+
+double share_on_rim(const Outline& clipped, const Rectangle& sheet) {
+  const double near = kOnRim * std::max(sheet.east - sheet.west, sheet.north - sheet.south);
+  const auto both = [near](double a, double b, double side) {
+    return std::abs(a - side) <= near && std::abs(b - side) <= near;
+  };
+  double all = 0.0, on_rim = 0.0;
+  for (const std::vector<Point>& ring : clipped.rings) {
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Point &a = ring[i], &b = ring[(i + 1) % ring.size()];
+      const double length = std::hypot(b.x - a.x, b.y - a.y);
+      all += length;
+      if (both(a.x, b.x, sheet.west) || both(a.x, b.x, sheet.east) || both(a.y, b.y, sheet.south) ||
+          both(a.y, b.y, sheet.north)) {
+        on_rim += length;
+      }
+    }
+  }
+  return all > 0.0 ? on_rim / all : 0.0;
 }
 
 }  // namespace mjtactile

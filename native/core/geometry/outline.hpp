@@ -16,6 +16,9 @@ struct Outline {
 // is left.
 bool clip_outline(const Outline& outline, const Placement& placement, const Rectangle& sheet, Outline& result);
 
+// The share of an outline's length, after it was clipped, that lies on the sheet's rim [-].
+double share_on_rim(const Outline& clipped, const Rectangle& sheet);
+
 // The area that a ring encloses [m^2], negative if the ring runs clockwise.
 double signed_area(const std::vector<Point>& ring);
 

@@ -94,7 +94,8 @@ bool FaceCells::make(const Outline& outline, std::size_t count, Face& face, doub
   count = std::min(std::max(count, std::size_t{1}), kMostCells);
   const double cosine = std::cos(angle), sine = std::sin(angle);
   if (!set_loops(outline, cosine, sine)) return false;
-  const auto wanted = static_cast<double>(count);
+  // Each piece of a face has its own rim.
+  const auto wanted = std::min(static_cast<double>(count) * std::sqrt(outer_rings_), static_cast<double>(kMostCells));
   if (points_.size() > kMostCorners) simplify(kSimplified * std::sqrt(area_ / wanted));
   // Squares of size h: about area / h^2 of them inside, and length / h pieces in each ring.
   const auto size_with = [&](double rings) {
@@ -158,7 +159,7 @@ bool FaceCells::describe(Face& face, double cosine, double sine) {
 bool FaceCells::set_loops(const Outline& outline, double cosine, double sine) {
   points_.clear();
   loops_.clear();
-  area_ = length_ = 0.0;
+  area_ = length_ = outer_rings_ = 0.0;
   if (!find_extent(outline, cosine, sine)) return false;
   const double extent = std::max(extent_[0], extent_[1]);
   for (const std::vector<Point>& ring : outline.rings) {
@@ -177,6 +178,7 @@ bool FaceCells::set_loops(const Outline& outline, double cosine, double sine) {
       continue;
     }
     area_ += area, length_ += length;
+    if (area > 0.0) outer_rings_ += 1.0;
     loops_.push_back({first, last});
   }
   return area_ > kNoArea * extent * extent;

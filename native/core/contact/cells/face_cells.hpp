@@ -123,7 +123,7 @@ class FaceCells {
   std::vector<Point> points_;  // corners of the outline, along the lattice's axes from the middle of its bounds [m]
   std::vector<Loop> loops_;    // rings of points_
   Point middle_ = {0.0, 0.0};
-  double extent_[2] = {0.0, 0.0}, area_ = 0.0, length_ = 0.0;
+  double extent_[2] = {0.0, 0.0}, area_ = 0.0, length_ = 0.0, outer_rings_ = 0.0;
 
   double size_ = 0.0, width_ = 0.0;  // size of a square; width of all rings together [m]
   const double* layers_ = nullptr;   // inner end of each ring, over the width of all
