@@ -165,6 +165,18 @@ def test_a_floor_is_a_face_too():
     assert found.error <= 0.15
 
 
+def turned(geom: str, degrees: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """A body above the middle of a pad, turned about the vertical, after it was pushed down."""
+    return at_rest(f"""{PAD}<body pos="0 0 .0051"><joint type="slide" axis="0 0 1" damping="1"/>
+        <body euler="0 0 {degrees}"><geom {geom} mass=".03"/></body></body>""")
+
+
+def test_a_face_that_covers_the_pad_reads_the_same_however_it_is_turned():
+    straight, askew = (turned('type="cylinder" size=".02 .005"', degrees)[1].sensordata for degrees in (0.0, 19.0))
+    assert np.linalg.norm(straight) > 1e3
+    assert np.linalg.norm(askew - straight) < 0.01 * np.linalg.norm(straight)
+
+
 @pytest.mark.parametrize(("lean", "mass"), [(1.0, 0.6), (2.0, 1.2), (3.0, 0.6)])
 def test_a_leaning_face_that_keeps_its_orientation_has_its_cells_where_it_presses(lean, mass):
     """Of the cells of a first look a third does not press. Without another look one of these faces is 8.6 % off."""
