@@ -388,7 +388,7 @@ class Pad:
     def layers_drawn(self) -> list[Indices]:
         """Indices of flattened readings drawn together: those of a sensing layer, or of a depth band of free taxels."""
         if isinstance(self.taxels, FreeTaxels):
-            radius = float(self.taxels.ball_radii(self.sampling_radius).max())
+            radius = max(self.sensed_radii)
             return depth_bands(np.array(self.sensed_depths), radius)
         return list(np.arange(math.prod(self.reading_shape)).reshape(len(self.depths), -1))
 

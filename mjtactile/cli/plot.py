@@ -76,7 +76,7 @@ def _draw_map(axes: Axes, pad: Pad, readings: Array, layer: int, outline: Polygo
     if isinstance(pad.taxels, FreeTaxels):
         extent = np.repeat(pad.size, 2) / 2 * (-1.0, 1.0, -1.0, 1.0)
         taxels = pad.layers_drawn[layer]
-        image = _discs(pad.taxel_feet(0)[taxels], pad.taxels.ball_radii(pad.sampling_radius)[taxels], values)
+        image = _discs(pad.taxel_feet(0)[taxels], np.array(pad.sensed_radii)[taxels], values)
         axes.add_collection(image)
         axes.set(facecolor="0.85", aspect="equal")
     else:
@@ -126,7 +126,7 @@ def _grid_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | Mult
 def _free_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | MultiPolygon) -> None:
     """Draw the free taxels whose balls intersect the plane y = const. through the taxel with the largest reading."""
     assert isinstance(pad.taxels, FreeTaxels)
-    feet, radii = pad.taxel_feet(0), pad.taxels.ball_radii(pad.sampling_radius)
+    feet, radii = pad.taxel_feet(0), np.array(pad.sensed_radii)
     y = float(feet[np.argmax(readings), 1])
     _draw_stack(axes, pad, y)
     cut = np.abs(feet[:, 1] - y) <= radii

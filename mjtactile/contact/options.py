@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -79,20 +79,25 @@ class Wrench:
         moment_given: False if the force acts at the footprint's centroid because no moment was given.
         place: point of a curved surface at which the force presses, or nearest to it if its line of action passes
             beside the surface [m], shape (3,); None on a flat surface, or if no such point was found.
-        outward: unit normal of the surface there, out of the pad, shape (3,).
+        leaning: unit normal of a curved surface there, out of the pad, shape (3,); None on a flat one.
     """
 
     force: Array
     moment: Array
     moment_given: bool = True
     place: Array | None = None
-    outward: Array = field(default_factory=lambda: _UP)
+    leaning: Array | None = None
+
+    @property
+    def outward(self) -> Array:
+        """Unit normal of the surface where the force presses, out of the pad, shape (3,)."""
+        return _UP if self.leaning is None else self.leaning
 
     @property
     def normal(self) -> float:
         """Pressing force, along the surface's normal [N]; 0 if that is rounding, or if the force has no place there."""
         normal = -float(self.force @ self.outward)
-        if self.outward is _UP:
+        if self.leaning is None:
             return normal
         if abs(normal) <= _TANGENT * float(np.linalg.norm(self.force)):
             return 0.0
@@ -101,7 +106,7 @@ class Wrench:
     @property
     def through(self) -> Array:
         """Point (x, y) of a pressing force's line of action [m]: in the plane z = 0, or on or nearest to `place`."""
-        if self.outward is _UP:
+        if self.leaning is None:
             return np.array([self.moment[1], -self.moment[0]]) / self.normal
         place = np.zeros(3) if self.place is None else self.place
         arm = np.cross(self.force, self.moment_about_place(self.force, self.moment))
@@ -192,7 +197,7 @@ def _on_surface(surface: SurfaceGrid, wrench: Wrench) -> Wrench:
     outer = core_surface(surface.outer, ((east - west) / 2, (north - south) / 2))
     place = outer.centre_of_pressure(np.concatenate([wrench.force, wrench.moment]))
     x, y = (0.0, 0.0) if place is None else place[:2].tolist()
-    return replace(wrench, place=place, outward=surface.outer.normals(x, y))
+    return replace(wrench, place=place, leaning=surface.outer.normals(x, y))
 
 
 def vector(name: str, value: npt.ArrayLike, error: type[MjTactileError] = ContactError) -> Array:

@@ -125,7 +125,7 @@ def stored_average(tables: Tables, sensing_layer: int, mirrors: MirrorPlanes = B
 def _radii(pad: Pad, taxels: int) -> Array:
     """Radius of each taxel's ball [m]."""
     if isinstance(pad.taxels, FreeTaxels):
-        return pad.taxels.ball_radii(pad.sampling_radius)
+        return np.array(pad.sensed_radii)
     return np.full(taxels, pad.sampling_radius)
 
 

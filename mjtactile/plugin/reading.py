@@ -60,7 +60,7 @@ def tiles_of(pad: Pad) -> tuple[Array, Indices]:
         # Seen from above they are as wide as the pitch.
         half_sizes = np.array(pad.taxels.pitch) / 2 / np.stack([axes[:, 0, 0], axes[:, 1, 1]], axis=-1)
     else:
-        half_sizes = np.repeat(pad.taxels.ball_radii(pad.sampling_radius)[shown, None], 2, axis=1)
+        half_sizes = np.repeat(np.array(pad.sensed_radii)[shown, None], 2, axis=1)
     positions = pad.surface.positions(feet[:, 0], feet[:, 1], -_HOVER)
     rotations = axes.transpose(0, 2, 1).reshape(-1, 9)
     return contiguous(np.concatenate([positions, rotations, _TILE_SHARE * half_sizes], axis=1)), shown

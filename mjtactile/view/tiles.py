@@ -59,7 +59,7 @@ def _discs(pad: Pad, taxels: FreeTaxels) -> Indices:
         *((np.arange(count) + 0.5) / count * side - side / 2 for count, side in zip((columns, rows), size, strict=True))
     )
     middles = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-    radii = np.maximum(taxels.ball_radii(pad.sampling_radius), _LEAST_RADIUS * pixel)
+    radii = np.maximum(pad.sensed_radii, _LEAST_RADIUS * pixel)
     feet = pad.taxel_feet(0) * (1.0, 1.0, _DEPTH)
     tiles = []
     for layer in pad.layers_drawn:
