@@ -14,15 +14,10 @@ DOCUMENTATION = "https://mjtactile.github.io/mjtactile/latest/"
 
 @dataclass(frozen=True)
 class Extra:
-    """An extra of pyproject.toml.
+    """An extra of pyproject.toml."""
 
-    Attributes:
-        modules: names of the Python modules it installs.
-        purpose: what needs these modules, as the subject of "need" in an error message.
-    """
-
-    modules: tuple[str, ...]
-    purpose: str
+    modules: tuple[str, ...]  #: names of the Python modules it installs
+    purpose: str  #: what needs these modules, as the subject of "need" in an error message
 
     @property
     def missing(self) -> list[str]:

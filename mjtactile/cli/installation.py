@@ -33,17 +33,11 @@ cache_app = typer.Typer(help="List or remove the tables in the cache of this use
 
 @dataclass(frozen=True)
 class Finding:
-    """One result of `doctor`.
+    """One result of `doctor`."""
 
-    Attributes:
-        about: the subject of the check.
-        says: the result.
-        cure: how to solve a problem; None if there is no problem.
-    """
-
-    about: str
-    says: str
-    cure: str | None = None
+    about: str  #: the subject of the check
+    says: str  #: the result
+    cure: str | None = None  #: how to solve a problem; None if there is no problem
 
 
 def doctor(as_json: AsJson = False) -> None:

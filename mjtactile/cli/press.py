@@ -40,47 +40,28 @@ _TIMED_UPDATES = 15
 
 @dataclass(frozen=True)
 class Peak:
-    """The highest reading of a layer.
+    """The highest reading of a layer."""
 
-    Attributes:
-        layer: text with the depth of the layer.
-        reading: von Mises stress [Pa].
-        place: position (x, y) of the taxel in the pad frame [m].
-        depth: depth of the taxel [m].
-    """
-
-    layer: str
-    reading: float
-    place: tuple[float, float]
-    depth: float
+    layer: str  #: text with the depth of the layer
+    reading: float  #: von Mises stress [Pa]
+    place: tuple[float, float]  #: position (x, y) of the taxel in the pad frame [m]
+    depth: float  #: depth of the taxel [m]
 
 
 @dataclass(frozen=True, eq=False)
 class PressReport:
-    """A settled press and the pad's readings.
+    """A settled press and the pad's readings."""
 
-    Attributes:
-        shape: name of the indenter.
-        model, data: the scene in its settled state.
-        commanded: force on the indenter [N], pad frame, shape (3,).
-        settled: time, wrench and error of the settled press.
-        readings: von Mises stress [Pa], (layers, rows, columns), or (taxels,) for free taxels.
-        load: tractions on the pad and the state of the contact.
-        influence: influence matrices of the pad.
-        law: contact law.
-        update_time: median time of an update [s].
-    """
-
-    shape: str
+    shape: str  #: name of the indenter
     model: mujoco.MjModel
-    data: mujoco.MjData
-    commanded: Array
-    settled: PressResult
-    readings: Array
-    load: SurfaceLoad
-    influence: InfluenceMatrices
-    law: str
-    update_time: float
+    data: mujoco.MjData  #: the scene in its settled state
+    commanded: Array  #: force on the indenter [N], pad frame, shape (3,)
+    settled: PressResult  #: time, wrench and error of the settled press
+    readings: Array  #: von Mises stress [Pa], (layers, rows, columns), or (taxels,) for free taxels
+    load: SurfaceLoad  #: tractions on the pad and the state of the contact
+    influence: InfluenceMatrices  #: influence matrices of the pad
+    law: str  #: contact law
+    update_time: float  #: median time of an update [s]
 
     @property
     def contact(self) -> Polygon | MultiPolygon:
@@ -146,33 +127,19 @@ class PressReport:
 
 @dataclass(frozen=True, kw_only=True)
 class PressProblem:
-    """An indenter, its force and position on a pad, and the options of the readings.
+    """An indenter, its force and position on a pad, and the options of the readings."""
 
-    Attributes:
-        shape: a punch, "sphere", "cylinder", "box", or the path of a mesh file.
-        force: force on the indenter [N], pad frame, shape (3,).
-        pad: the pad; by default the paper's.
-        fidelity: a preset by name or a Fidelity; its tables are built if the cache lacks them.
-        law: contact law; by default the fidelity's.
-        tangential: distribution of shear, see `contact_load`.
-        friction: coefficient that bounds the shear [-], see `TactileSensor`.
-        shift: position (x, y) of the indenter's origin in the pad frame [m].
-        rotate_deg: counter-clockwise rotation about its origin, before the shift [deg].
-        scale: metres per unit of a mesh file; None: 1.
-        tilt_free: whether the indenter may tilt.
-    """
-
-    shape: str
-    force: Array
-    pad: Pad = field(default_factory=Pad)
-    fidelity: str | Fidelity = DEFAULT
-    law: str | None = None
-    tangential: str = "proportional"
-    friction: float | None = None
-    shift: tuple[float, float] = (0.0, 0.0)
-    rotate_deg: float = 0.0
-    scale: float | None = None
-    tilt_free: bool = False
+    shape: str  #: a punch, "sphere", "cylinder", "box", or the path of a mesh file
+    force: Array  #: force on the indenter [N], pad frame, shape (3,)
+    pad: Pad = field(default_factory=Pad)  #: the pad; by default the paper's
+    fidelity: str | Fidelity = DEFAULT  #: a preset by name or a Fidelity; its tables are built if the cache lacks them
+    law: str | None = None  #: contact law; by default the fidelity's
+    tangential: str = "proportional"  #: distribution of shear, see `contact_load`
+    friction: float | None = None  #: coefficient that bounds the shear [-], see `TactileSensor`
+    shift: tuple[float, float] = (0.0, 0.0)  #: position (x, y) of the indenter's origin in the pad frame [m]
+    rotate_deg: float = 0.0  #: counter-clockwise rotation about its origin, before the shift [deg]
+    scale: float | None = None  #: metres per unit of a mesh file; None: 1
+    tilt_free: bool = False  #: whether the indenter may tilt
 
 
 def run_press(problem: PressProblem) -> PressReport:

@@ -86,17 +86,11 @@ def part_file(task: PartOf) -> bytes:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A part that was read and verified.
+    """A part that was read and verified."""
 
-    Attributes:
-        path: path of the file.
-        metadata: pad, specification and range of presses.
-        content: bytes of the file.
-    """
-
-    path: Path
-    metadata: dict[str, Any]
-    content: bytes
+    path: Path  #: path of the file
+    metadata: dict[str, Any]  #: pad, specification and range of presses
+    content: bytes  #: bytes of the file
 
     @property
     def presses(self) -> tuple[int, int]:

@@ -25,14 +25,10 @@ class Simulations(Protocol):
     """Interface of n simulations for tasks.
 
     Order of a reset: write model fields, `reset`, write the state, `forward`.
-
-    Attributes:
-        model: names and sizes; for values that differ between simulations use `field`.
-        count: number of simulations, n.
     """
 
-    model: mujoco.MjModel
-    count: int
+    model: mujoco.MjModel  #: names and sizes; for values that differ between simulations use `field`
+    count: int  #: number of simulations, n
 
     @property
     def qpos(self) -> Array:

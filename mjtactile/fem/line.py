@@ -22,13 +22,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A line of three-node (quadratic) elements.
+    """A line of three-node (quadratic) elements."""
 
-    Attributes:
-        vertices: element ends [m], ascending, shape (elements + 1,).
-    """
-
-    vertices: Array
+    vertices: Array  #: element ends [m], ascending, shape (elements + 1,)
 
     @property
     def element_count(self) -> int:

@@ -34,18 +34,13 @@ class SheetMesh:
     """Elements of a whole sheet, or of its quarter x >= 0, y >= 0.
 
     Under a curved surface the lines are those of the coordinates (x, y, -depth), with depth along the inward normals.
-
-    Attributes:
-        x, y, z: element lines in the pad frame [m]; z ascends from the base to 0 at the surface.
-        materials: material of each element layer, base first.
-        outer: the outer surface, from which the mesh is swept inwards.
     """
 
-    x: Line
-    y: Line
-    z: Line
-    materials: tuple[Layer, ...]
-    outer: Surface = FLAT
+    x: Line  #: elements along x in the pad frame [m]
+    y: Line  #: elements along y
+    z: Line  #: elements along z, from the base to 0 at the surface
+    materials: tuple[Layer, ...]  #: material of each element layer, base first
+    outer: Surface = FLAT  #: the outer surface, from which the mesh is swept inwards
 
     @cached_property
     def shear_modulus(self) -> Array:

@@ -32,19 +32,12 @@ _SHAPE_COEFFICIENTS = np.array([[0.0, -0.5, 0.5], [1.0, 0.0, -1.0], [0.0, 0.5, 0
 
 @dataclass(frozen=True, eq=False)
 class SurfaceGrid:
-    """Grid of quadratic elements on the sheet's surface, in the pad frame; on the projection of a curved surface.
+    """Grid of quadratic elements on the sheet's surface, in the pad frame; on the projection of a curved surface."""
 
-    Attributes:
-        x: elements along x over the whole sheet [m].
-        y: elements along y over the whole sheet [m].
-        thickness: of the sheet [m].
-        outer: the outer surface; nodal integrals are those over its projection.
-    """
-
-    x: Line
-    y: Line
-    thickness: float
-    outer: Surface = FLAT
+    x: Line  #: elements along x over the whole sheet [m]
+    y: Line  #: elements along y over the whole sheet [m]
+    thickness: float  #: of the sheet [m]
+    outer: Surface = FLAT  #: the outer surface; nodal integrals are those over its projection
 
     @cached_property
     def node_shape(self) -> tuple[int, int]:

@@ -123,16 +123,11 @@ def unfold_points(classes: Array, odd_in_x: Mask, odd_in_y: Mask, mirrors: Mirro
 
 @dataclass(frozen=True, eq=False)
 class FoldedPoints:
-    """Points folded onto the quarter x >= 0, y >= 0, or as much of the plane as the mirrors leave.
+    """Points folded onto the quarter x >= 0, y >= 0, or as much of the plane as the mirrors leave."""
 
-    Attributes:
-        positions: distinct folded positions [m], shape (folded points, 3).
-        index: for each original point, its folded point, shape (points,).
-        quadrant: for each original point, the index of its mirror image in `MirrorPlanes.images`, shape (points,).
-    """
-
-    positions: Array
-    index: np.ndarray
+    positions: Array  #: distinct folded positions [m], shape (folded points, 3)
+    index: np.ndarray  #: for each original point, its folded point, shape (points,)
+    #: For each original point, the index of its mirror image in `MirrorPlanes.images`, shape (points,).
     quadrant: np.ndarray
 
 

@@ -37,14 +37,10 @@ _MEAN_TOLERANCE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Sampling:
-    """The sample points of one sensing layer, folded onto a quarter of the sheet.
+    """The sample points of one sensing layer, folded onto a quarter of the sheet."""
 
-    Attributes:
-        positions: distinct folded positions in the pad frame [m], x and y not negative, shape (folded points, 3).
-        average: matrix (taxels, images * folded points) whose rows average a taxel's points; each row sums to 1.
-    """
-
-    positions: Array
+    positions: Array  #: distinct folded positions in the pad frame [m], x and y not negative, shape (folded points, 3)
+    #: Matrix (taxels, images * folded points) whose rows average a taxel's points; each row sums to 1.
     average: sparse.csr_array
 
 

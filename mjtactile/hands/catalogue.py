@@ -44,19 +44,12 @@ class HandPad:
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedGeom:
-    """A geom that a hand's model must have; it detects versions of the model in which bodies were moved.
+    """A geom that a hand's model must have; it detects versions of the model in which bodies were moved."""
 
-    Attributes:
-        body: name of the geom's body.
-        kind: "box" or "capsule".
-        size: half lengths, or radius and half length [m].
-        pos: position of its centre in the body's frame [m].
-    """
-
-    body: str
-    kind: str
-    size: tuple[float, ...]
-    pos: tuple[float, ...]
+    body: str  #: name of the geom's body
+    kind: str  #: "box" or "capsule"
+    size: tuple[float, ...]  #: half lengths, or radius and half length [m]
+    pos: tuple[float, ...]  #: position of its centre in the body's frame [m]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -128,19 +128,12 @@ def influence_matrices(
 
 @dataclass(frozen=True)
 class CachedTable:
-    """A table in the cache.
+    """A table in the cache."""
 
-    Attributes:
-        path: of the file.
-        size: of the file [bytes].
-        contents: pad and fidelity as text, or the reason why the file cannot be used.
-        usable: whether this version of the package can read it.
-    """
-
-    path: Path
-    size: int
-    contents: str
-    usable: bool
+    path: Path  #: of the file
+    size: int  #: of the file [bytes]
+    contents: str  #: pad and fidelity as text, or the reason why the file cannot be used
+    usable: bool  #: whether this version of the package can read it
 
 
 def cached_tables() -> list[CachedTable]:

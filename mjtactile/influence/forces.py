@@ -21,15 +21,11 @@ _NEGLIGIBLE = 1 / 16
 
 @dataclass(frozen=True, eq=False)
 class FoldedLoads:
-    """A batch of loads, split into symmetry classes.
+    """A batch of loads, split into symmetry classes."""
 
-    Attributes:
-        classes: forces of each class divided by `scale`, which avoids overflow and underflow in float32.
-        scale: largest force of each load [N], shape (batch,).
-    """
-
+    #: Forces of each class divided by `scale`, which avoids overflow and underflow in float32.
     classes: list[ClassForces]
-    scale: Array
+    scale: Array  #: largest force of each load [N], shape (batch,)
 
     def times(self, matrices: list[StressMatrix]) -> Array:
         """Stress coordinates [Pa], (batch, classes, rows), with one matrix per class."""

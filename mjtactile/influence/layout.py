@@ -146,15 +146,10 @@ def _check_sampling(layout: _Layout, pad: Pad, sensing_layer: int) -> int:
 
 @dataclass(frozen=True)
 class _LayerStorage:
-    """How the stress matrices of one sensing layer are stored.
+    """How the stress matrices of one sensing layer are stored."""
 
-    Attributes:
-        precision: one of `fidelity.PRECISIONS`.
-        reduced: whether a matrix may be stored in two factors.
-    """
-
-    precision: str
-    reduced: bool
+    precision: str  #: one of `fidelity.PRECISIONS`
+    reduced: bool  #: whether a matrix may be stored in two factors
 
 
 def _check_matrix(layout: _Layout, name: str, storage: _LayerStorage, shape: tuple[int, int]) -> None:

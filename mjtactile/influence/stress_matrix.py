@@ -58,13 +58,9 @@ def widen(
 
 @dataclass(frozen=True, eq=False)
 class ClassForces:
-    """Nodal forces of some loads in one symmetry class, scaled so that none is larger than 1.
+    """Nodal forces of some loads in one symmetry class, scaled so that none is larger than 1."""
 
-    Attributes:
-        values: scaled forces [-], shape (batch, columns).
-    """
-
-    values: Array
+    values: Array  #: scaled forces [-], shape (batch, columns)
 
     @cached_property
     def runs(self) -> list[slice]:
@@ -79,12 +75,9 @@ class ClassForces:
 
 @dataclass(frozen=True, eq=False)
 class StressMatrix:
-    """A linear map from forces to stress coordinates.
+    """A linear map from forces to stress coordinates."""
 
-    Attributes:
-        factors: one array (columns, rows) [Pa/N], or two arrays (columns, rank) and (rank, rows) with this product.
-    """
-
+    #: One array (columns, rows) [Pa/N], or two arrays (columns, rank) and (rank, rows) with this product.
     factors: tuple[npt.NDArray[Any], ...]
 
     def times(self, forces: ClassForces) -> Array:

@@ -63,19 +63,12 @@ class LayerMeans:
 
 @dataclass(frozen=True, eq=False)
 class _BallParts:
-    """Parts of balls whose stress is averaged.
+    """Parts of balls whose stress is averaged."""
 
-    Attributes:
-        taxel: index of each part's taxel, (parts,).
-        share: fraction of the ball [-], (parts,); those of one taxel sum to 1.
-        centres: positions in the pad frame [m], (parts, 3).
-        rows: weights of the sample points in each part's mean, (parts, images * folded points).
-    """
-
-    taxel: Indices
-    share: Array
-    centres: Array
-    rows: sparse.csr_array
+    taxel: Indices  #: index of each part's taxel, (parts,)
+    share: Array  #: fraction of the ball [-], (parts,); those of one taxel sum to 1
+    centres: Array  #: positions in the pad frame [m], (parts, 3)
+    rows: sparse.csr_array  #: weights of the sample points in each part's mean, (parts, images * folded points)
 
 
 def _whole_balls(pad: Pad, sampling: Tables, sensing_layer: int) -> _BallParts:

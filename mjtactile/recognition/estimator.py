@@ -15,16 +15,11 @@ _LEAST, _MOST = -8.0, 4.0
 
 @dataclass(frozen=True, eq=False)
 class Estimator:
-    """Maps features to values and their standard deviations.
+    """Maps features to values and their standard deviations."""
 
-    Attributes:
-        network: its outputs are the scaled values, then the logarithms of their scaled standard deviations.
-        mean, scale: a value is mean + scale times its scaled value, (values,) each.
-    """
-
-    network: Network
-    mean: np.ndarray
-    scale: np.ndarray
+    network: Network  #: its outputs are the scaled values, then the logarithms of their scaled standard deviations
+    mean: np.ndarray  #: (values,); a value is mean + scale times its scaled value
+    scale: np.ndarray  #: (values,)
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray], name: str) -> Estimator:

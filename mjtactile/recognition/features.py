@@ -38,37 +38,23 @@ _MOST_MENDED = 12
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """Features of a batch of readings.
+    """Features of a batch of readings."""
 
-    Attributes:
-        features: (readings, parts + 1) float32.
-        size: norm of the projected readings [Pa], (readings,); it is proportional to the force.
-        noise: root mean square of the projection's residual, relative to `size` [-], (readings,).
-        mirrors: how each reading was mirrored.
-    """
-
-    features: np.ndarray
-    size: np.ndarray
-    noise: np.ndarray
-    mirrors: Mirrors
+    features: np.ndarray  #: (readings, parts + 1) float32
+    size: np.ndarray  #: norm of the projected readings [Pa], (readings,); it is proportional to the force
+    noise: np.ndarray  #: root mean square of the projection's residual, relative to `size` [-], (readings,)
+    mirrors: Mirrors  #: how each reading was mirrored
 
 
 @dataclass(frozen=True, eq=False)
 class PrincipalComponents:
-    """Principal components of a pad's readings.
+    """Principal components of a pad's readings."""
 
-    Attributes:
-        parts: orthonormal components, (taxels, parts) float32.
-        mean, scale: mean of the normalised projections and factor that scales them, (parts,) float32.
-        layers: indices of the sensing layers that are used.
-        reading_shape: shape of the pad's readings, (layers, rows, columns).
-    """
-
-    parts: np.ndarray
-    mean: np.ndarray
-    scale: np.ndarray
-    layers: tuple[int, ...]
-    reading_shape: tuple[int, int, int]
+    parts: np.ndarray  #: orthonormal components, (taxels, parts) float32
+    mean: np.ndarray  #: mean of the normalised projections, (parts,) float32
+    scale: np.ndarray  #: factor that scales them, (parts,) float32
+    layers: tuple[int, ...]  #: indices of the sensing layers that are used
+    reading_shape: tuple[int, int, int]  #: shape of the pad's readings, (layers, rows, columns)
 
     @classmethod
     def from_stored(cls, stored: Stored) -> PrincipalComponents:

@@ -9,15 +9,10 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """A network of layers x -> W x + b, with silu(z) = z / (1 + exp(-z)) between them.
+    """A network of layers x -> W x + b, with silu(z) = z / (1 + exp(-z)) between them."""
 
-    Attributes:
-        weights: weights of each layer, (inputs, outputs) float32.
-        biases: biases of each layer, (outputs,) float32.
-    """
-
-    weights: tuple[np.ndarray, ...]
-    biases: tuple[np.ndarray, ...]
+    weights: tuple[np.ndarray, ...]  #: weights of each layer, (inputs, outputs) float32
+    biases: tuple[np.ndarray, ...]  #: biases of each layer, (outputs,) float32
 
     def __call__(self, inputs: np.ndarray) -> np.ndarray:
         """Outputs (n, outputs) for inputs (n, inputs), float32."""

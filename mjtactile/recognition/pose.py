@@ -36,19 +36,13 @@ class PoseModule:
     A position has the values (x, y) of the shape's origin [m]. A size has one value, the logarithm of the size relative
     to the shape's own. An orientation has two values for each of `ORDERS`, cosine and sine of the order times the angle
     of a mirror line; they are zero for shapes of another order.
-
-    Attributes:
-        kind: a key of `POSE_KINDS`.
-        network: maps features to scaled values.
-        mean, scale: a value is mean + scale times its scaled value, (values,) each.
-        path: name of the file that the module comes from.
     """
 
-    kind: str
-    network: Network
-    mean: np.ndarray
-    scale: np.ndarray
-    path: str
+    kind: str  #: a key of `POSE_KINDS`
+    network: Network  #: maps features to scaled values
+    mean: np.ndarray  #: (values,); a value is mean + scale times its scaled value
+    scale: np.ndarray  #: (values,)
+    path: str  #: name of the file that the module comes from
 
     @classmethod
     def from_stored(cls, stored: Stored) -> PoseModule:

@@ -23,23 +23,14 @@ _CHECKSUM = "sha256 of modules"
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """One module.
+    """One module."""
 
-    Attributes:
-        name: such as "force" or "shape star".
-        kind: "view", "position", "size", "orientation", "force", "grasp", "shape" or "examples".
-        file: name of its file in the registry's folder.
-        sha256: SHA-256 of the file.
-        needs: names of the modules whose results are its inputs.
-        optional: whether it is used only on request, see `recognition.load`.
-    """
-
-    name: str
-    kind: str
-    file: str
-    sha256: str
-    needs: tuple[str, ...] = ()
-    optional: bool = False
+    name: str  #: such as "force" or "shape star"
+    kind: str  #: "view", "position", "size", "orientation", "force", "grasp", "shape" or "examples"
+    file: str  #: name of its file in the registry's folder
+    sha256: str  #: SHA-256 of the file
+    needs: tuple[str, ...] = ()  #: names of the modules whose results are its inputs
+    optional: bool = False  #: whether it is used only on request, see `recognition.load`
 
 
 def needed(kind: str) -> tuple[str, ...]:

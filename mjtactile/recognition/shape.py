@@ -48,17 +48,11 @@ class ShapeResult:
 
 @dataclass(frozen=True, eq=False)
 class ShapeModule:
-    """The network of one shape, which computes the shape's score.
+    """The network of one shape, which computes the shape's score."""
 
-    Attributes:
-        shape: name of the shape.
-        network: its inputs are those of `shape_inputs`, its output is the score.
-        path: name of its file.
-    """
-
-    shape: str
-    network: Network
-    path: str
+    shape: str  #: name of the shape
+    network: Network  #: its inputs are those of `shape_inputs`, its output is the score
+    path: str  #: name of its file
 
     @classmethod
     def from_stored(cls, stored: Stored) -> ShapeModule:

@@ -18,15 +18,11 @@ from mjtactile.pad_shape.taxels import FreeTaxels
 
 @dataclass(frozen=True, eq=False)
 class Mirrors:
-    """How each reading of a batch was mirrored: first in x, then in y, then x and y swapped.
+    """How each reading of a batch was mirrored: first in x, then in y, then x and y swapped."""
 
-    Attributes:
-        x, y, swapped: whether each reading was mirrored in this way, (readings,) bool each.
-    """
-
-    x: np.ndarray
-    y: np.ndarray
-    swapped: np.ndarray
+    x: np.ndarray  #: whether each reading was mirrored in this way, (readings,) bool
+    y: np.ndarray  #: likewise
+    swapped: np.ndarray  #: likewise
 
     def vectors(self, vectors: Array) -> Array:
         """Vectors (readings, 2 or 3) after mirroring."""

@@ -17,21 +17,14 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, eq=False)
 class EstimatedWrenches:
-    """Wrenches on a pad in the pad frame, as estimated by a network.
+    """Wrenches on a pad in the pad frame, as estimated by a network."""
 
-    Attributes:
-        pressing: force into the pad [N], (n,).
-        ratio: tangential force along x and y over pressing force [-], (n, 2).
-        position: centre of pressure (x, y) [m], (n, 2).
-        twist: moment about the pad's normal through the centre of pressure [N m], (n,); None if not estimated.
-        deviations: standard deviations of the network's values, (n, values).
-    """
-
-    pressing: Array
-    ratio: Array
-    position: Array
+    pressing: Array  #: force into the pad [N], (n,)
+    ratio: Array  #: tangential force along x and y over pressing force [-], (n, 2)
+    position: Array  #: centre of pressure (x, y) [m], (n, 2)
+    #: Moment about the pad's normal through the centre of pressure [N m], (n,); None if not estimated.
     twist: Array | None
-    deviations: Array
+    deviations: Array  #: standard deviations of the network's values, (n, values)
 
     @property
     def force(self) -> Array:

@@ -14,17 +14,11 @@ from mjtactile.sim.assets import asset_path
 
 @dataclass(frozen=True)
 class Demonstration:
-    """A scene with its actuators' values at points in time, linearly interpolated and repeated.
+    """A scene with its actuators' values at points in time, linearly interpolated and repeated."""
 
-    Attributes:
-        scene: name of the scene's file, see `sim.assets`.
-        times: the points in time [s], from 0 to the period.
-        values: values at these points, by name of the actuator.
-    """
-
-    scene: str
-    times: tuple[float, ...]
-    values: Mapping[str, tuple[float, ...]]
+    scene: str  #: name of the scene's file, see `sim.assets`
+    times: tuple[float, ...]  #: the points in time [s], from 0 to the period
+    values: Mapping[str, tuple[float, ...]]  #: values at these points, by name of the actuator
 
     def control(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Write the actuators' values at the current time to `data.ctrl`."""

@@ -20,42 +20,26 @@ from mjtactile.view.outline import pressed_outline
 
 @dataclass(frozen=True, eq=False)
 class ShownPad:
-    """One pad at one time.
+    """One pad at one time."""
 
-    Attributes:
-        readings: von Mises stress (layers, rows, columns) [Pa], float32; (taxels,) for free taxels.
-        wrench: contact force [N] and moment about the pad's origin [N m], pad frame, (6,).
-        position: position of the pad frame's origin in the world [m], (3,).
-        quat: orientation of the pad frame in the world, (w, x, y, z).
-        outline: line segments around the contact, pad frame [m], (segments, 2, 2); empty without contact.
-    """
-
+    #: Von Mises stress (layers, rows, columns) [Pa], float32; (taxels,) for free taxels.
     readings: npt.NDArray[np.float32]
-    wrench: Array
-    position: Array
-    quat: Array
-    outline: Array
+    wrench: Array  #: contact force [N] and moment about the pad's origin [N m], pad frame, (6,)
+    position: Array  #: position of the pad frame's origin in the world [m], (3,)
+    quat: Array  #: orientation of the pad frame in the world, (w, x, y, z)
+    outline: Array  #: line segments around the contact, pad frame [m], (segments, 2, 2); empty without contact
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """The state of a simulation at one time.
+    """The state of a simulation at one time."""
 
-    Attributes:
-        time: simulated time [s].
-        xpos: bodies' positions in the world [m], (nbody, 3).
-        xmat: bodies' rotation matrices, (nbody, 3, 3).
-        mocap_pos: positions of mocap bodies [m], (nmocap, 3).
-        mocap_quat: orientations of mocap bodies, (nmocap, 4).
-        pads: the pads by name, in the order of the model's sensors.
-    """
-
-    time: float
-    xpos: Array
-    xmat: Array
-    mocap_pos: Array
-    mocap_quat: Array
-    pads: dict[str, ShownPad]
+    time: float  #: simulated time [s]
+    xpos: Array  #: bodies' positions in the world [m], (nbody, 3)
+    xmat: Array  #: bodies' rotation matrices, (nbody, 3, 3)
+    mocap_pos: Array  #: positions of mocap bodies [m], (nmocap, 3)
+    mocap_quat: Array  #: orientations of mocap bodies, (nmocap, 4)
+    pads: dict[str, ShownPad]  #: the pads by name, in the order of the model's sensors
 
 
 def pads_of(model: mujoco.MjModel) -> dict[str, TactileSensor]:

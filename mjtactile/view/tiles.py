@@ -21,18 +21,12 @@ _DEPTH = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Tiles:
-    """Layout of a pad's readings.
+    """Layout of a pad's readings."""
 
-    Attributes:
-        low, high: corners of a tile in the pad frame [m], (2,).
-        depths: text with the depth of each tile.
-        taxel: index of each pixel's reading in the flattened readings, (tiles, rows, columns); -1 for none.
-    """
-
-    low: Array
-    high: Array
-    depths: tuple[str, ...]
-    taxel: Indices
+    low: Array  #: lower corner of a tile in the pad frame [m], (2,)
+    high: Array  #: upper corner [m], (2,)
+    depths: tuple[str, ...]  #: text with the depth of each tile
+    taxel: Indices  #: index of each pixel's reading in the flattened readings, (tiles, rows, columns); -1 for none
 
     @classmethod
     def of(cls, pad: Pad) -> Tiles:

@@ -36,15 +36,10 @@ _RIGID = tuple(f"{group}_" for group in CALCULIX_GROUPS)
 
 @dataclass(frozen=True)
 class Body:
-    """The lower side of a rigid body over the pad: a flat face, or a gap function.
+    """The lower side of a rigid body over the pad: a flat face, or a gap function."""
 
-    Attributes:
-        outline: outline of the face in the pad frame [m]; None if the body covers the whole pad.
-        gap: height of the body over points (x, y) of the pad frame [m]; None for a flat face.
-    """
-
-    outline: Area | None
-    gap: GapFunction | None = None
+    outline: Area | None  #: outline of the face in the pad frame [m]; None if the body covers the whole pad
+    gap: GapFunction | None = None  #: height of the body over points (x, y) of the pad frame [m]; None for a flat face
 
     def moved(self, x: float, y: float) -> Body:
         """The body shifted by (x, y) [m]."""

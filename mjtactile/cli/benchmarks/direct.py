@@ -30,17 +30,11 @@ _QUARTER = 0.25
 
 
 class Response(NamedTuple):
-    """Readings, displacements and reactions of a pad under some loads; vectors are in the pad frame.
+    """Readings, displacements and reactions of a pad under some loads; vectors are in the pad frame."""
 
-    Attributes:
-        readings: von Mises stress at the taxels, (loads, layers, rows, columns) [Pa].
-        displacement: displacement of the surface's nodes, (loads, nodes y, nodes x, 3) [m].
-        base_reaction: nodal forces of the base on the sheet, (loads, nodes y, nodes x, 3) [N].
-    """
-
-    readings: Array
-    displacement: Array
-    base_reaction: Array
+    readings: Array  #: von Mises stress at the taxels, (loads, layers, rows, columns) [Pa]
+    displacement: Array  #: displacement of the surface's nodes, (loads, nodes y, nodes x, 3) [m]
+    base_reaction: Array  #: nodal forces of the base on the sheet, (loads, nodes y, nodes x, 3) [N]
 
 
 def solve(pad: Pad, density: MeshDensity, loads: Sequence[SurfaceLoad], *, threads: int | None = None) -> Response:

@@ -32,22 +32,14 @@ _WRENCH_CHANGE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """Presses to measure, how often each is timed, and their reference readings.
+    """Presses to measure, how often each is timed, and their reference readings."""
 
-    Attributes:
-        cases: presses that are measured for time, and for error against `truth`.
-        calculix: presses that are measured for error against the readings of CalculiX.
-        moves: number of footprints timed per press, each in another place.
-        shift: largest shift of these places along x and y [m].
-        wrenches: number of wrenches timed per press on one footprint.
-        truth: reference readings by name of a press, (layers, rows, columns) [Pa]; the benchmark fills them in.
-    """
-
-    cases: Sequence[PressCase]
-    calculix: Sequence[PressCase]
-    moves: int
-    shift: float
-    wrenches: int
+    cases: Sequence[PressCase]  #: presses that are measured for time, and for error against `truth`
+    calculix: Sequence[PressCase]  #: presses that are measured for error against the readings of CalculiX
+    moves: int  #: number of footprints timed per press, each in another place
+    shift: float  #: largest shift of these places along x and y [m]
+    wrenches: int  #: number of wrenches timed per press on one footprint
+    #: Reference readings by name of a press, (layers, rows, columns) [Pa]; the benchmark fills them in.
     truth: dict[str, Array] = field(default_factory=dict)
     _loads: dict[tuple[Any, ...], list[SurfaceLoad]] = field(default_factory=dict)
 

@@ -124,33 +124,19 @@ _WAYS = (", stick, ", ", coulomb, ")
 
 @dataclass(frozen=True, kw_only=True)
 class PluginScene:
-    """Punches on pads, as a MuJoCo model.
+    """Punches on pads, as a MuJoCo model."""
 
-    Attributes:
-        shape: shape of the punches: "box", one of the seven punches, or one of `BODIES`.
-        sensor: "ours", "theirs" (MuJoCo's tactile sensor) or None.
-        fidelity: fidelity of our sensor; empty for that of the table file.
-        tangential: distribution of shear for our sensor.
-        table: pad or table file of our sensor.
-        moving: whether the punches slide to and fro.
-        pads: number of pads.
-        touched: number of pads whose punch presses; the punches over the others hover.
-        ground: kind of the pads, "ours" or "theirs", with or without the sensor.
-        curved: whether our pads are domes.
-        threads: threads of a step, the caller's included, in MuJoCo's own pool.
-    """
-
-    shape: str = "box"
-    sensor: str | None = None
-    fidelity: str = DEFAULT
-    tangential: str = "proportional"
-    table: str = "default"
-    moving: bool = False
-    pads: int = 1
-    touched: int = 1
-    ground: str = "ours"
-    curved: bool = False
-    threads: int = 1
+    shape: str = "box"  #: shape of the punches: "box", one of the seven punches, or one of `BODIES`
+    sensor: str | None = None  #: "ours", "theirs" (MuJoCo's tactile sensor) or None
+    fidelity: str = DEFAULT  #: fidelity of our sensor; empty for that of the table file
+    tangential: str = "proportional"  #: distribution of shear for our sensor
+    table: str = "default"  #: pad or table file of our sensor
+    moving: bool = False  #: whether the punches slide to and fro
+    pads: int = 1  #: number of pads
+    touched: int = 1  #: number of pads whose punch presses; the punches over the others hover
+    ground: str = "ours"  #: kind of the pads, "ours" or "theirs", with or without the sensor
+    curved: bool = False  #: whether our pads are domes
+    threads: int = 1  #: threads of a step, the caller's included, in MuJoCo's own pool
 
     def spec(self) -> mujoco.MjSpec:
         """The scene as a specification. Our curved pads are attached here, others stand in the MJCF."""

@@ -26,24 +26,16 @@ _SHAKE, _FREQUENCY = 0.08, (2.0, 6.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Disturbance:
-    """One disturbance.
+    """One disturbance."""
 
-    Attributes:
-        kind: one of `SLIPS` and `QUIET`.
-        slips: whether the load exceeds what the grip holds.
-        amount: for "step" and "ramp", ratio of the load to the largest load that the grip holds; for "wet", ratio of
-            the weight to what the grip holds afterwards; for "less", removed fraction of the weight [-].
-        rise: rise time [s].
-        start: time at which it begins [s].
-        frequency: frequency of shaking [Hz].
-    """
-
-    kind: str
-    slips: bool
+    kind: str  #: one of `SLIPS` and `QUIET`
+    slips: bool  #: whether the load exceeds what the grip holds
+    #: For "step" and "ramp", ratio of the load to the largest load that the grip holds; for "wet", ratio of the weight
+    #: to what the grip holds afterwards; for "less", removed fraction of the weight [-].
     amount: float
-    rise: float
-    start: float
-    frequency: float
+    rise: float  #: rise time [s]
+    start: float  #: time at which it begins [s]
+    frequency: float  #: frequency of shaking [Hz]
 
     def progress(self, time: float) -> float:
         """Progress of the disturbance at a time [s], from 0 to 1."""

@@ -16,20 +16,13 @@ _ALONG = np.array([[1.0, 1.0], [-1.0, 1.0]])
 
 @dataclass(frozen=True, eq=False)
 class PadLoads:
-    """Loads on the pads in their pad frames; zeros without contact.
+    """Loads on the pads in their pad frames; zeros without contact."""
 
-    Attributes:
-        pressing: force into the pad [N], (pads,).
-        tangential: force along the pad's x and y [N], (pads, 2).
-        centre: centre of pressure (x, y) [m], (pads, 2).
-        twist: moment about the pad's normal through the centre of pressure [N m], (pads,).
-        readings: readings with noise [Pa], (pads, layers, rows, columns); None if the pads were not read.
-    """
-
-    pressing: Array
-    tangential: Array
-    centre: Array
-    twist: Array
+    pressing: Array  #: force into the pad [N], (pads,)
+    tangential: Array  #: force along the pad's x and y [N], (pads, 2)
+    centre: Array  #: centre of pressure (x, y) [m], (pads, 2)
+    twist: Array  #: moment about the pad's normal through the centre of pressure [N m], (pads,)
+    #: Readings with noise [Pa], (pads, layers, rows, columns); None if the pads were not read.
     readings: Array | None = None
 
     @property
@@ -54,17 +47,11 @@ class PadLoads:
 
 
 class Arm(Protocol):
-    """A gripper and its wrist, with commands and loads at each tick.
+    """A gripper and its wrist, with commands and loads at each tick."""
 
-    Attributes:
-        grip: commanded force of each finger [N].
-        place: commanded displacement of the wrist by driven axis [m].
-        felt: loads on the pads at the last tick.
-    """
-
-    grip: float
-    place: dict[str, float]
-    felt: PadLoads
+    grip: float  #: commanded force of each finger [N]
+    place: dict[str, float]  #: commanded displacement of the wrist by driven axis [m]
+    felt: PadLoads  #: loads on the pads at the last tick
 
     @property
     def period(self) -> float:

@@ -78,23 +78,14 @@ class Bound:
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """The report that an experiment prints.
+    """The report that an experiment prints."""
 
-    Attributes:
-        title: one sentence above the table.
-        head: titles of the table's columns.
-        rows: cells of the table's rows.
-        bounds: bounds that were to be reached.
-        figures: plain numbers by name.
-        notes: sentences below the tables.
-    """
-
-    title: str
-    head: tuple[str, ...]
-    rows: list[tuple[str, ...]]
-    bounds: list[Bound]
-    figures: dict[str, Any]
-    notes: list[str] = field(default_factory=list)
+    title: str  #: one sentence above the table
+    head: tuple[str, ...]  #: titles of the table's columns
+    rows: list[tuple[str, ...]]  #: cells of the table's rows
+    bounds: list[Bound]  #: bounds that were to be reached
+    figures: dict[str, Any]  #: plain numbers by name
+    notes: list[str] = field(default_factory=list)  #: sentences below the tables
 
     def markdown(self) -> str:
         """Title, table and bounds as Markdown."""

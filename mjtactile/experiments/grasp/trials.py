@@ -35,22 +35,17 @@ class TrialSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
-    """Trials under several conditions.
+    """Trials under several conditions."""
 
-    Attributes:
-        name: such as "lift".
-        conditions: names of the conditions; a trial number is the same task under all of them.
-        trial: function of settings, condition and number that returns plain numbers; importable by name.
-        report: function of results by condition, sorted by number, that returns what is printed.
-        figure: function of the same results that returns a matplotlib figure, if there is one.
-        recognisers: loads recognisers from a folder of weights; it raises an error if they cannot be used.
-    """
-
-    name: str
-    conditions: tuple[str, ...]
+    name: str  #: such as "lift"
+    conditions: tuple[str, ...]  #: names of the conditions; a trial number is the same task under all of them
+    #: Function of settings, condition and number that returns plain numbers; importable by name.
     trial: Callable[[TrialSettings, str, int], Result]
+    #: Function of results by condition, sorted by number, that returns what is printed.
     report: Callable[[dict[str, list[Result]]], Any]
+    #: Function of the same results that returns a matplotlib figure, if there is one.
     figure: Callable[[dict[str, list[Result]]], Any] | None = None
+    #: Loads recognisers from a folder of weights; it raises an error if they cannot be used.
     recognisers: Callable[[str | None], Any] | None = None
 
 

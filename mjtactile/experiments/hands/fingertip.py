@@ -29,17 +29,11 @@ GREY, _DARK = "0.55 0.57 0.6 1", "0.25 0.26 0.28 1"
 
 @dataclass(frozen=True, kw_only=True)
 class FingertipPads:
-    """The pad of all fingertips of a hand, and its fidelity.
+    """The pad of all fingertips of a hand, and its fidelity."""
 
-    Attributes:
-        pad: flat, as recognisers require, or curved.
-        name: name of the pad for the plugin: `pad_text(pad)`, or a name of `register_pad`.
-        fidelity: fidelity of the readings, a preset by name or a Fidelity.
-    """
-
-    pad: Pad = field(default_factory=Pad)
-    name: str = "default"
-    fidelity: str | Fidelity = DEFAULT
+    pad: Pad = field(default_factory=Pad)  #: flat, as recognisers require, or curved
+    name: str = "default"  #: name of the pad for the plugin: `pad_text(pad)`, or a name of `register_pad`
+    fidelity: str | Fidelity = DEFAULT  #: fidelity of the readings, a preset by name or a Fidelity
 
 
 #: The default pad, read at the default fidelity.
@@ -51,20 +45,13 @@ CURVED_PADS = FingertipPads(pad=_DOME, name=pad_text(_DOME))
 
 @dataclass(frozen=True, kw_only=True)
 class HandModel:
-    """A hand as MJCF.
+    """A hand as MJCF."""
 
-    Attributes:
-        name: name of the hand's body, whose origin is the mounting flange.
-        reach: distance from the flange down to site `grasp`, the middle of the pads [m].
-        module: name of the Python file that writes it.
-        palm: attributes of the palm's geom, including its mass.
-        add_fingers: function that adds fingers, drives and sensors to a document and the hand's body in it.
-    """
-
-    name: str
-    reach: float
-    module: str
-    palm: Mapping[str, str]
+    name: str  #: name of the hand's body, whose origin is the mounting flange
+    reach: float  #: distance from the flange down to site `grasp`, the middle of the pads [m]
+    module: str  #: name of the Python file that writes it
+    palm: Mapping[str, str]  #: attributes of the palm's geom, including its mass
+    #: Function that adds fingers, drives and sensors to a document and the hand's body in it.
     add_fingers: Callable[[ET.Element, ET.Element, FingertipPads], None]
 
     def document(self, model: str, pads: FingertipPads) -> ET.Element:

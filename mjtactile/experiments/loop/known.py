@@ -27,15 +27,10 @@ class Recognised:
 
 
 class Arms(Protocol):
-    """Arms with position targets, and recognition of the contact.
+    """Arms with position targets, and recognition of the contact."""
 
-    Attributes:
-        targets: position target of each arm [m], (arms, 3).
-        period: time between ticks [s].
-    """
-
-    targets: Array
-    period: float
+    targets: Array  #: position target of each arm [m], (arms, 3)
+    period: float  #: time between ticks [s]
 
     @property
     def ticks(self) -> int:

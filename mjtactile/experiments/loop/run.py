@@ -29,23 +29,14 @@ REACHED_WITHIN = 0.05
 
 @dataclass(frozen=True, eq=False)
 class LoopResult:
-    """Result of a run, and its evaluation.
+    """Result of a run, and its evaluation."""
 
-    Attributes:
-        settings: settings of the run.
-        scene: the scene, with the true shapes and poses.
-        log: record of all ticks.
-        held: commanded forces that arm 0 held.
-        sorted: punches that were put into bins.
-        judged: results of `judge` as plain numbers.
-    """
-
-    settings: LoopSettings
-    scene: LoopScene
-    log: Log
-    held: list[HeldForce]
-    sorted: list[Sorted]
-    judged: dict[str, Any]
+    settings: LoopSettings  #: settings of the run
+    scene: LoopScene  #: the scene, with the true shapes and poses
+    log: Log  #: record of all ticks
+    held: list[HeldForce]  #: commanded forces that arm 0 held
+    sorted: list[Sorted]  #: punches that were put into bins
+    judged: dict[str, Any]  #: results of `judge` as plain numbers
 
 
 def run_loop(

@@ -35,19 +35,12 @@ AXES = "xyz"
 
 @dataclass(frozen=True, eq=False)
 class LoopScene:
-    """A model, and the facts about it that the controller must not know.
+    """A model, and the facts about it that the controller must not know."""
 
-    Attributes:
-        model: compiled model.
-        truth: name of the punch that each arm holds.
-        shifts: shift (x, y) of each punch from its arm's axis [m], (arms, 2).
-        rotations: counter-clockwise rotation of each punch [rad], (arms,).
-    """
-
-    model: mujoco.MjModel
-    truth: tuple[str, ...]
-    shifts: Array
-    rotations: Array
+    model: mujoco.MjModel  #: compiled model
+    truth: tuple[str, ...]  #: name of the punch that each arm holds
+    shifts: Array  #: shift (x, y) of each punch from its arm's axis [m], (arms, 2)
+    rotations: Array  #: counter-clockwise rotation of each punch [rad], (arms,)
 
 
 def loop_scene(seed: int, *, pad: Pad | None = None) -> LoopScene:

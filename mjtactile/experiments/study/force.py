@@ -33,19 +33,12 @@ _DIRECTION_SHARE = 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class ForceChoices:
-    """Choices for the force networks that the paper does not specify.
+    """Choices for the force networks that the paper does not specify."""
 
-    Attributes:
-        scaling: scaling of the maximum readings, one of `SCALINGS`.
-        initial: initial weights, see networks.py.
-        first_step: first step of RPROP [-].
-        smallest_step: smallest step of RPROP [-].
-    """
-
-    scaling: str = "each layer"
-    initial: str = "fan-in"
-    first_step: float = 0.01
-    smallest_step: float = 1e-12
+    scaling: str = "each layer"  #: scaling of the maximum readings, one of `SCALINGS`
+    initial: str = "fan-in"  #: initial weights, see networks.py
+    first_step: float = 0.01  #: first step of RPROP [-]
+    smallest_step: float = 1e-12  #: smallest step of RPROP [-]
 
 
 #: The choices made with the training samples alone.

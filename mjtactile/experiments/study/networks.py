@@ -47,21 +47,13 @@ class NetworkDesign:
 
 @dataclass(frozen=True, eq=False)
 class Networks:
-    """Trained networks of one design, one per seed.
+    """Trained networks of one design, one per seed."""
 
-    Attributes:
-        design: their architecture.
-        weights: weights of each layer, (seeds, inputs, outputs).
-        biases: biases of each layer, (seeds, 1, outputs).
-        error: root mean square error over the training samples and outputs, (seeds,).
-        iterations: number of training iterations of all networks together.
-    """
-
-    design: NetworkDesign
-    weights: list[torch.Tensor]
-    biases: list[torch.Tensor]
-    error: Array
-    iterations: int
+    design: NetworkDesign  #: their architecture
+    weights: list[torch.Tensor]  #: weights of each layer, (seeds, inputs, outputs)
+    biases: list[torch.Tensor]  #: biases of each layer, (seeds, 1, outputs)
+    error: Array  #: root mean square error over the training samples and outputs, (seeds,)
+    iterations: int  #: number of training iterations of all networks together
 
     def __call__(self, inputs: Array) -> Array:
         """Outputs (seeds, samples, outputs) for inputs (samples, inputs) or, by seed, (seeds, samples, inputs)."""
@@ -72,20 +64,13 @@ class Networks:
 
 @dataclass(frozen=True, kw_only=True)
 class Training:
-    """Parameters of a training.
+    """Parameters of a training."""
 
-    Attributes:
-        seeds: seeds of the initial weights, one for each network; networks do not depend on each other.
-        iterations: largest number of iterations.
-        tolerance: root mean square error at which the training of a network stops.
-        precision: floating-point type.
-        progress: function that is called with the fraction of the work done.
-    """
-
-    seeds: Sequence[int]
-    iterations: int
-    tolerance: float = 0.0
-    precision: torch.dtype = torch.float32
+    seeds: Sequence[int]  #: seeds of the initial weights, one for each network; networks do not depend on each other
+    iterations: int  #: largest number of iterations
+    tolerance: float = 0.0  #: root mean square error at which the training of a network stops
+    precision: torch.dtype = torch.float32  #: floating-point type
+    #: Function that is called with the fraction of the work done.
     progress: Callable[[float], None] = lambda share: None
 
 

@@ -33,21 +33,13 @@ _PRESENTATION_SEED = 2008
 
 @dataclass(frozen=True, kw_only=True)
 class ShapeChoices:
-    """Choices for the shape networks that the paper does not specify.
+    """Choices for the shape networks that the paper does not specify."""
 
-    Attributes:
-        scaling: scaling of the readings, one of `SCALINGS`.
-        initial: initial weights, see networks.py.
-        activation: activation of hidden units, "sigmoid" or "tanh".
-        first_step: first step of RPROP [-].
-        tolerance: root mean square training error at which a network stops learning.
-    """
-
-    scaling: str = "maximum"
-    initial: str = "fan-in"
-    activation: str = "sigmoid"
-    first_step: float = 0.01
-    tolerance: float = TOLERANCE
+    scaling: str = "maximum"  #: scaling of the readings, one of `SCALINGS`
+    initial: str = "fan-in"  #: initial weights, see networks.py
+    activation: str = "sigmoid"  #: activation of hidden units, "sigmoid" or "tanh"
+    first_step: float = 0.01  #: first step of RPROP [-]
+    tolerance: float = TOLERANCE  #: root mean square training error at which a network stops learning
 
 
 #: The choices made with the training samples alone.

@@ -27,21 +27,13 @@ BLOCK = 384
 
 @dataclass(frozen=True, eq=False)
 class _Front:
-    """A union of element columns whose inner unknowns are eliminated.
+    """A union of element columns whose inner unknowns are eliminated."""
 
-    Attributes:
-        inner: indices of the unknowns that are eliminated here.
-        outer: indices of the unknowns shared with other unions.
-        factor: Cholesky factor of the stiffness of the inner unknowns.
-        from_outer: matrix in the back-substitution u_inner = K^-1 f - from_outer u_outer.
-        children: the two unions it was merged from; none for a single column of elements.
-    """
-
-    inner: Indices
-    outer: Indices
-    factor: Array
-    from_outer: Array
-    children: tuple[_Front, ...]
+    inner: Indices  #: indices of the unknowns that are eliminated here
+    outer: Indices  #: indices of the unknowns shared with other unions
+    factor: Array  #: Cholesky factor of the stiffness of the inner unknowns
+    from_outer: Array  #: matrix in the back-substitution u_inner = K^-1 f - from_outer u_outer
+    children: tuple[_Front, ...]  #: the two unions it was merged from; none for a single column of elements
 
 
 #: Unknowns that a union shares with others, their condensed stiffness, and the union (None for a single column).

@@ -23,19 +23,12 @@ _STEPS_OF_BLOCK = 40
 
 @dataclass(frozen=True, eq=False)
 class SolvedBlock:
-    """Responses to unit forces on some of the surface's free degrees of freedom.
+    """Responses to unit forces on some of the surface's free degrees of freedom."""
 
-    Attributes:
-        places: indices of the loaded degrees of freedom in the order (component, y, x), (forces,).
-        deviatoric: deviatoric coordinates at the points, see stress.py [Pa/N], (points, 5, forces).
-        mean: mean stress at the points [Pa/N], (points, forces).
-        surface: displacements of the surface's free degrees of freedom [m/N], (free, forces).
-    """
-
-    places: Indices
-    deviatoric: Array
-    mean: Array
-    surface: Array
+    places: Indices  #: indices of the loaded degrees of freedom in the order (component, y, x), (forces,)
+    deviatoric: Array  #: deviatoric coordinates at the points, see stress.py [Pa/N], (points, 5, forces)
+    mean: Array  #: mean stress at the points [Pa/N], (points, forces)
+    surface: Array  #: displacements of the surface's free degrees of freedom [m/N], (free, forces)
 
 
 class SweptPad:

@@ -36,17 +36,11 @@ _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(_ORDER)
 
 @dataclass(frozen=True, eq=False)
 class IntegratedTraction:
-    """Nodal forces, area and peak pressure of a traction.
+    """Nodal forces, area and peak pressure of a traction."""
 
-    Attributes:
-        forces: on the grid's nodes in the pad frame [N], (nodes y, nodes x, 3).
-        area: of the surface under the outline [m^2].
-        peak: largest pressure at a point of the cubature [Pa].
-    """
-
-    forces: Array
-    area: float
-    peak: float
+    forces: Array  #: on the grid's nodes in the pad frame [N], (nodes y, nodes x, 3)
+    area: float  #: of the surface under the outline [m^2]
+    peak: float  #: largest pressure at a point of the cubature [Pa]
 
 
 def integrated_traction(grid: SurfaceGrid, outline: Polygon | MultiPolygon, traction: Traction) -> IntegratedTraction:

@@ -24,19 +24,13 @@ _CAPACITIVE, _PIEZORESISTIVE = CapacitiveCell.with_range(FULL_SCALE), Piezoresis
 
 @dataclass(frozen=True, kw_only=True)
 class TransducerArray:
-    """A kind of array, with the processing of its readings before recognition.
+    """A kind of array, with the processing of its readings before recognition."""
 
-    Attributes:
-        element: kind of the array's elements.
-        imperfections: imperfections of the array.
-        readings: number of readings that are averaged. This reduces the transducers' noise, not that of the presses.
-        calibrated: whether gains and offsets are calibrated first.
-    """
-
-    element: Element = _CAPACITIVE
-    imperfections: Imperfections
+    element: Element = _CAPACITIVE  #: kind of the array's elements
+    imperfections: Imperfections  #: imperfections of the array
+    #: Number of readings that are averaged. This reduces the transducers' noise, not that of the presses.
     readings: int = 1
-    calibrated: bool = False
+    calibrated: bool = False  #: whether gains and offsets are calibrated first
 
     def reported(self, presses: Array, seed: int) -> Array:
         """Readings as arrays of this kind report them; each of several random arrays reads a part of the presses.

@@ -49,19 +49,12 @@ _TOTALS = ("direction_median_deg", "magnitude_mean_gf", "position_mean_mm", "sha
 
 @dataclass(frozen=True, kw_only=True)
 class EvaluationSettings:
-    """The presses of an evaluation.
+    """The presses of an evaluation."""
 
-    Attributes:
-        seed: seed of presses and noise.
-        presses: number of presses in MuJoCo.
-        fidelity: fidelity of the sensor, a preset by name.
-        law: contact law of the sensor; by default that of the fidelity.
-    """
-
-    seed: int
-    presses: int = 2000
-    fidelity: str = DEFAULT
-    law: str | None = None
+    seed: int  #: seed of presses and noise
+    presses: int = 2000  #: number of presses in MuJoCo
+    fidelity: str = DEFAULT  #: fidelity of the sensor, a preset by name
+    law: str | None = None  #: contact law of the sensor; by default that of the fidelity
 
 
 def evaluate(

@@ -26,30 +26,19 @@ _CHUNK = 4096
 
 @dataclass(frozen=True, eq=False)
 class Looks:
-    """Training samples: presses with random noise.
+    """Training samples: presses with random noise."""
 
-    Attributes:
-        inputs: inputs of shape modules, (looks, inputs).
-        scores: scores of the existing modules, (looks, modules).
-        own: whether the press is of the new shape, (looks,) bool.
-    """
-
-    inputs: torch.Tensor
-    scores: torch.Tensor
-    own: torch.Tensor
+    inputs: torch.Tensor  #: inputs of shape modules, (looks, inputs)
+    scores: torch.Tensor  #: scores of the existing modules, (looks, modules)
+    own: torch.Tensor  #: whether the press is of the new shape, (looks,) bool
 
 
 @dataclass(frozen=True, eq=False)
 class KnownModules:
-    """The existing modules, which stay fixed.
+    """The existing modules, which stay fixed."""
 
-    Attributes:
-        poses: modules for position, size and orientation.
-        shapes: modules for the existing shapes.
-    """
-
-    poses: PoseNetworks
-    shapes: Sequence[ShapeModule]
+    poses: PoseNetworks  #: modules for position, size and orientation
+    shapes: Sequence[ShapeModule]  #: modules for the existing shapes
 
 
 def look_at(

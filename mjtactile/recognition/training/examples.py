@@ -21,22 +21,14 @@ EXAMPLES = "examples.safetensors"
 
 @dataclass(frozen=True, eq=False)
 class Examples:
-    """Presses that are mirrored into the octant, projected, and divided by the norm of their projection.
+    """Presses that are mirrored into the octant, projected, and divided by the norm of their projection."""
 
-    Attributes:
-        projected: projections, (presses, parts) [-].
-        energy: sum of squares of all readings, (presses,) [-].
-        peak: largest reading, (presses,) [-].
-        shapes: name of each press's shape, (presses,).
-        held_out: whether a press is kept for testing, (presses,) bool.
-        readings: readings, (presses, layers, rows, columns) [-]. Those of a file are computed from the projections.
-    """
-
-    projected: np.ndarray
-    energy: np.ndarray
-    peak: np.ndarray
-    shapes: np.ndarray
-    held_out: np.ndarray
+    projected: np.ndarray  #: projections, (presses, parts) [-]
+    energy: np.ndarray  #: sum of squares of all readings, (presses,) [-]
+    peak: np.ndarray  #: largest reading, (presses,) [-]
+    shapes: np.ndarray  #: name of each press's shape, (presses,)
+    held_out: np.ndarray  #: whether a press is kept for testing, (presses,) bool
+    #: Readings, (presses, layers, rows, columns) [-]. Those of a file are computed from the projections.
     readings: np.ndarray
 
     @classmethod

@@ -20,27 +20,17 @@ _BORDER = 0.12
 
 @dataclass(frozen=True, eq=False)
 class Presses:
-    """Presses that are mirrored into the octant and projected.
+    """Presses that are mirrored into the octant and projected."""
 
-    Attributes:
-        readings: mirrored readings, (presses, layers, rows, columns) [Pa].
-        projected: projections, (presses, parts) [Pa].
-        energy: sum of squares of all readings, (presses,) [Pa^2].
-        peak: largest reading, (presses,) [Pa].
-        dataset: the dataset with the labels.
-        source: index into the dataset, (presses,); presses near the border occur twice.
-        mirrors: how each press was mirrored.
-        held_out: whether a press is kept for testing, (presses,) bool. It is the same for all presses of an outline,
-            so that no pose is in both parts.
-    """
-
-    readings: np.ndarray
-    projected: np.ndarray
-    energy: np.ndarray
-    peak: np.ndarray
-    dataset: Dataset
-    source: np.ndarray
-    mirrors: Mirrors
+    readings: np.ndarray  #: mirrored readings, (presses, layers, rows, columns) [Pa]
+    projected: np.ndarray  #: projections, (presses, parts) [Pa]
+    energy: np.ndarray  #: sum of squares of all readings, (presses,) [Pa^2]
+    peak: np.ndarray  #: largest reading, (presses,) [Pa]
+    dataset: Dataset  #: the dataset with the labels
+    source: np.ndarray  #: index into the dataset, (presses,); presses near the border occur twice
+    mirrors: Mirrors  #: how each press was mirrored
+    #: Whether a press is kept for testing, (presses,) bool. It is the same for all presses of an outline, so that no
+    #: pose is in both parts.
     held_out: np.ndarray
 
     @property
