@@ -19,7 +19,8 @@ class Drawing:
 
     def __init__(self, camera: str, width: int, height: int) -> None:
         self._camera, self._width, self._height = camera, width, height
-        self._forget()
+        self._renderer: Any = None
+        self._window: Any = None
 
     def picture(self, model: mujoco.MjModel, data: mujoco.MjData) -> npt.NDArray[np.uint8]:
         """An RGB image of a state, shape (height, width, 3), top row first.
@@ -31,19 +32,11 @@ class Drawing:
         Raises:
             RenderError: OpenGL does not work.
         """
-        if self._scene is None:
-            self._open(model)
-        self._context.make_current()
-        view = mujoco.MjvCamera()
-        view.type = mujoco.mjtCamera.mjCAMERA_FIXED
-        view.fixedcamid = model.camera(self._camera).id
-        option, kinds = mujoco.MjvOption(), mujoco.mjtCatBit.mjCAT_ALL
-        mujoco.mjv_updateScene(model, data, option, mujoco.MjvPerturb(), view, kinds, self._scene)
-        area = mujoco.MjrRect(0, 0, self._width, self._height)
-        picture = np.empty((self._height, self._width, 3), dtype=np.uint8)
-        mujoco.mjr_render(area, self._scene, self._buffers)
-        mujoco.mjr_readPixels(picture, None, area, self._buffers)
-        return np.ascontiguousarray(picture[::-1])
+        if self._renderer is None:
+            from mjtactile.sim.render import Renderer
+
+            self._renderer = Renderer(model, self._width, self._height)
+        return self._renderer.picture(model, data, self._camera)
 
     def show(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Show a state in the window, which is opened at the first call.
@@ -63,25 +56,8 @@ class Drawing:
 
     def close(self) -> None:
         """Close the window and free the renderer; further calls have no effect."""
-        if self._buffers is not None:
-            self._buffers.free()
-            self._context.free()
+        if self._renderer is not None:
+            self._renderer.free()
         if self._window is not None:
             self._window.close()
-        self._forget()
-
-    def _forget(self) -> None:
-        self._context: Any = None
-        self._buffers: Any = None
-        self._scene: Any = None
-        self._window: Any = None
-
-    def _open(self, model: mujoco.MjModel) -> None:
-        from mjtactile.sim.render import context_class, working_backend
-
-        self._context = context_class(working_backend())(self._width, self._height)
-        self._context.make_current()
-        self._buffers = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
-        mujoco.mjr_resizeOffscreen(self._width, self._height, self._buffers)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._buffers)
-        self._scene = mujoco.MjvScene(model, maxgeom=2000)
+        self._renderer = self._window = None

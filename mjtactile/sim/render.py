@@ -61,12 +61,58 @@ def render_scene(
     if width < 1 or height < 1:
         raise RenderError(f"picture size {width} x {height}; expected at least 1 x 1 pixels.")
     view = _view(model, camera)
-    context = context_class(working_backend())(width, height)
-    context.make_current()
+    renderer = Renderer(model, width, height)
     try:
-        return _draw(model, data, view, (width, height), mark)
+        return renderer.picture(model, data, view, mark)
     finally:
-        context.free()
+        renderer.free()
+
+
+class Renderer:
+    """Draws states of one model, off-screen, in an OpenGL context of its own.
+
+    Args:
+        model: compiled model.
+        width, height: size of the images [pixels].
+
+    Raises:
+        RenderError: OpenGL does not work; the message names the packages to install.
+    """
+
+    def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
+        self._size = width, height
+        self._context = context_class(working_backend())(width, height)
+        self._context.make_current()
+        self._scene = mujoco.MjvScene(model, maxgeom=_MAXIMUM_GEOMS)
+        self._buffers = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        mujoco.mjr_resizeOffscreen(width, height, self._buffers)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._buffers)
+
+    def picture(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        camera: str | mujoco.MjvCamera,
+        mark: Callable[[Any], None] | None = None,
+    ) -> npt.NDArray[np.uint8]:
+        """Draw a state; arguments, result and errors are those of `render_scene`."""
+        self._context.make_current()
+        option, kinds = mujoco.MjvOption(), mujoco.mjtCatBit.mjCAT_ALL
+        view = _view(model, camera)
+        mujoco.mjv_updateScene(model, data, option, mujoco.MjvPerturb(), view, kinds, self._scene)
+        if mark is not None:
+            mark(self._scene)
+        width, height = self._size
+        area = mujoco.MjrRect(0, 0, width, height)
+        picture = np.empty((height, width, 3), dtype=np.uint8)
+        mujoco.mjr_render(area, self._scene, self._buffers)
+        mujoco.mjr_readPixels(picture, None, area, self._buffers)
+        return np.ascontiguousarray(picture[::-1])
+
+    def free(self) -> None:
+        """Free buffers and context."""
+        self._buffers.free()
+        self._context.free()
 
 
 @cache
@@ -133,26 +179,3 @@ def _view(model: mujoco.MjModel, camera: str | mujoco.MjvCamera | None) -> Any:
         names = [model.camera(i).name for i in range(model.ncam)]
         raise RenderError(f"camera '{camera}' does not exist in the model. Available: {names}.")
     return view
-
-
-def _draw(
-    model: mujoco.MjModel, data: mujoco.MjData, view: Any, size: tuple[int, int], mark: Callable[[Any], None] | None
-) -> npt.NDArray[np.uint8]:
-    width, height = size
-    scene = mujoco.MjvScene(model, maxgeom=_MAXIMUM_GEOMS)
-    buffers = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
-    try:
-        mujoco.mjr_resizeOffscreen(width, height, buffers)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, buffers)
-        mujoco.mjv_updateScene(
-            model, data, mujoco.MjvOption(), mujoco.MjvPerturb(), view, mujoco.mjtCatBit.mjCAT_ALL, scene
-        )
-        if mark is not None:
-            mark(scene)
-        area = mujoco.MjrRect(0, 0, width, height)
-        picture = np.empty((height, width, 3), dtype=np.uint8)
-        mujoco.mjr_render(area, scene, buffers)
-        mujoco.mjr_readPixels(picture, None, area, buffers)
-    finally:
-        buffers.free()
-    return np.ascontiguousarray(picture[::-1])

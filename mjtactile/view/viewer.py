@@ -7,7 +7,6 @@ import math
 import time
 from collections.abc import Mapping
 from contextlib import redirect_stdout
-from types import TracebackType
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -83,9 +82,7 @@ class Viewer:
     def __enter__(self) -> Viewer:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     @property

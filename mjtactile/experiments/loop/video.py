@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import mujoco
@@ -15,7 +14,7 @@ from mjtactile._installed import require
 from mjtactile._types import Array
 from mjtactile.errors import OutputError
 from mjtactile.experiments.loop.clock import Loop
-from mjtactile.sim.render import context_class, working_backend
+from mjtactile.sim.render import Renderer
 from mjtactile.units import GRAM_FORCE
 
 Picture = npt.NDArray[np.uint8]
@@ -34,7 +33,6 @@ class LoopVideo:
 
     Args:
         model: model of the scene.
-        camera: name of the camera.
 
     Attributes:
         frames: RGB images drawn so far, (height, width, 3) each.
@@ -43,16 +41,8 @@ class LoopVideo:
         RenderError: there is no working OpenGL.
     """
 
-    def __init__(self, model: mujoco.MjModel, camera: str = "loop") -> None:
-        self._context = context_class(working_backend())(_WIDTH, _HEIGHT)
-        self._context.make_current()
-        self._buffers = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
-        mujoco.mjr_resizeOffscreen(_WIDTH, _HEIGHT, self._buffers)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._buffers)
-        self._scene = mujoco.MjvScene(model, maxgeom=1000)
-        self._view = mujoco.MjvCamera()
-        self._view.type = mujoco.mjtCamera.mjCAMERA_FIXED
-        self._view.fixedcamid = model.camera(camera).id
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self._renderer = Renderer(model, _WIDTH, _HEIGHT)
         self._next = 0.0
         self._peak = 1.0
         self.frames: list[Picture] = []
@@ -60,11 +50,8 @@ class LoopVideo:
     def __enter__(self) -> LoopVideo:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._buffers.free()
-        self._context.free()
+    def __exit__(self, *_: object) -> None:
+        self._renderer.free()
 
     def __call__(self, loop: Loop) -> None:
         """Draw a frame if the next one is due."""
@@ -99,7 +86,7 @@ class LoopVideo:
 
         maps = self._maps(loop.readings)
         frame = np.full((_HEIGHT, _WIDTH + maps.shape[1] + 20, 3), 24, dtype=np.uint8)
-        frame[:, :_WIDTH] = self._picture(loop)
+        frame[:, :_WIDTH] = self._renderer.picture(loop.scene.model, loop.data, "loop")
         frame[10 : 10 + maps.shape[0], _WIDTH + 10 : _WIDTH + 10 + maps.shape[1]] = maps
         image = Image.fromarray(frame)
         draw = ImageDraw.Draw(image)
@@ -116,17 +103,6 @@ class LoopVideo:
             lines.append("recognised  " + _vector(loop.felt.force.force))
             lines.append(f"{loop.felt.shape.shape}, {float(loop.felt.shape.confidence):.0%}")
         return lines
-
-    def _picture(self, loop: Loop) -> Picture:
-        model, data = loop.scene.model, loop.data
-        option, all_kinds = mujoco.MjvOption(), mujoco.mjtCatBit.mjCAT_ALL
-        self._context.make_current()
-        mujoco.mjv_updateScene(model, data, option, mujoco.MjvPerturb(), self._view, all_kinds, self._scene)
-        area = mujoco.MjrRect(0, 0, _WIDTH, _HEIGHT)
-        picture = np.empty((_HEIGHT, _WIDTH, 3), dtype=np.uint8)
-        mujoco.mjr_render(area, self._scene, self._buffers)
-        mujoco.mjr_readPixels(picture, None, area, self._buffers)
-        return picture[::-1]
 
     def _maps(self, readings: Array) -> Picture:
         """The first four layers in a 2 x 2 picture, rows upwards, scaled by the largest recent reading."""
