@@ -29,31 +29,11 @@ class Simulations(Protocol):
 
     model: mujoco.MjModel  #: names and sizes; for values that differ between simulations use `field`
     count: int  #: number of simulations, n
-
-    @property
-    def qpos(self) -> Array:
-        """Joint positions, to read and write, shape (n, nq)."""
-        ...
-
-    @property
-    def qvel(self) -> Array:
-        """Joint velocities, to read and write, shape (n, nv)."""
-        ...
-
-    @property
-    def act(self) -> Array:
-        """Activations of actuators, to read and write, shape (n, na)."""
-        ...
-
-    @property
-    def ctrl(self) -> Array:
-        """Controls, to write, shape (n, nu)."""
-        ...
-
-    @property
-    def sensordata(self) -> Array:
-        """Sensor data of the last step or forward pass, shape (n, nsensordata)."""
-        ...
+    qpos: Array  #: joint positions, to read and write, shape (n, nq)
+    qvel: Array  #: joint velocities, to read and write, shape (n, nv)
+    act: Array  #: activations of actuators, to read and write, shape (n, na)
+    ctrl: Array  #: controls, to write, shape (n, nu)
+    sensordata: Array  #: sensor data of the last step or forward pass, shape (n, nsensordata)
 
     def field(self, name: str) -> Array:
         """A field of the simulations' models by its name, to read and write, shape (n, ...)."""
@@ -85,33 +65,11 @@ class SingleSimulation:
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model, self.count = model, 1
-        self.data = mujoco.MjData(model)
+        self.data = data = mujoco.MjData(model)
+        self.qpos, self.qvel, self.act, self.ctrl, self.sensordata = (
+            array[None] for array in (data.qpos, data.qvel, data.act, data.ctrl, data.sensordata)
+        )
         self._flags = int(model.opt.disableflags)
-
-    @property
-    def qpos(self) -> Array:
-        """Joint positions, to read and write, shape (1, nq)."""
-        return self.data.qpos[None]
-
-    @property
-    def qvel(self) -> Array:
-        """Joint velocities, to read and write, shape (1, nv)."""
-        return self.data.qvel[None]
-
-    @property
-    def act(self) -> Array:
-        """Activations of actuators, to read and write, shape (1, na)."""
-        return self.data.act[None]
-
-    @property
-    def ctrl(self) -> Array:
-        """Controls, to write, shape (1, nu)."""
-        return self.data.ctrl[None]
-
-    @property
-    def sensordata(self) -> Array:
-        """Sensor data of the last step or forward pass, shape (1, nsensordata)."""
-        return self.data.sensordata[None]
 
     def field(self, name: str) -> Array:
         """A field of the model by its name, to read and write, shape (1, ...)."""
