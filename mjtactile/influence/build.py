@@ -163,14 +163,7 @@ def _swept_workers(mesh: SheetMesh) -> int:
     number = np.dtype(float).itemsize
     of_block = number * _SWEPT_COPIES * BLOCK * unknowns
     always = factor_bytes(elements) + number * _SWEPT_SQUARES * columns**2
-    needed, there_is = always + of_block, _memory()
-    if needed > there_is:
-        raise MeshError(
-            f"a mesh of {mesh.x.element_count} x {mesh.y.element_count} x {mesh.z.element_count} elements under a "
-            f"{mesh.outer.kind} surface takes {needed / 1e9:.3g} GB of memory to solve; this machine has "
-            f"{there_is / 1e9:.3g} GB. Use a coarser mesh, or raise the sampling radius or the shallowest depth, which "
-            "set its size."
-        )
+    there_is = _memory_for(always + of_block, mesh, f"elements under a {mesh.outer.kind} surface")
     return min(available_cores(), max(1, int((there_is / 2 - always) / of_block)))
 
 
@@ -190,14 +183,20 @@ def _workers(mesh: SheetMesh) -> int:
     columns = 3 * quarter.x.node_count * quarter.y.node_count
     matrices = _MATRICES_PER_LAYER * mesh.z.element_count + _MATRICES_BESIDES
     needed = np.dtype(float).itemsize * columns**2 * matrices + _BLOCK_BYTES
+    there_is = _memory_for(needed, mesh, "elements")
+    return min(len(_solved_classes(mesh)), available_cores(), max(1, int(there_is / 2 / needed)))
+
+
+def _memory_for(needed: float, mesh: SheetMesh, elements: str) -> float:
+    """The machine's memory [bytes]; refuse a mesh that needs more."""
     there_is = _memory()
     if needed > there_is:
         raise MeshError(
-            f"a mesh of {mesh.x.element_count} x {mesh.y.element_count} x {mesh.z.element_count} elements takes "
+            f"a mesh of {mesh.x.element_count} x {mesh.y.element_count} x {mesh.z.element_count} {elements} takes "
             f"{needed / 1e9:.3g} GB of memory to solve; this machine has {there_is / 1e9:.3g} GB. Use a coarser mesh, "
             "or raise the sampling radius or the shallowest depth, which set its size."
         )
-    return min(len(_solved_classes(mesh)), available_cores(), max(1, int(there_is / 2 / needed)))
+    return there_is
 
 
 def _memory() -> float:

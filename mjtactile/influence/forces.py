@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from shapely import Point
 
 from mjtactile._types import Array
 from mjtactile.errors import InfluenceError, of_type
@@ -14,6 +15,7 @@ from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.fem.symmetry import BOTH, MirrorPlanes, fold_forces
 from mjtactile.influence.stress_matrix import ClassForces, StressMatrix
 from mjtactile.influence.surface_load import SurfaceLoad
+from mjtactile.pad import Pad
 
 #: Forces below this times the precision's rounding, relative to the load's largest force, are neglected [-].
 _NEGLIGIBLE = 1 / 16
@@ -78,6 +80,29 @@ def largest_force(forces: Array) -> float:
     return largest
 
 
+def by_class(batch: Array, columns: list[np.ndarray], mirrors: MirrorPlanes = BOTH) -> list[Array]:
+    """Forces (batch, columns) of each class [N], from nodal forces and columns as for `folded_loads`."""
+    folded = (fold_forces(batch, parity).reshape(len(batch), -1) for parity in mirrors.classes)
+    return [of_class[:, kept] for of_class, kept in zip(folded, columns, strict=True)]
+
+
+def grid_lines(pad: Pad, spacing: float) -> list[Array]:
+    """Positions [m] along x and along y, at most `spacing` apart, from the mirror plane or else a side to a side."""
+    ends = np.array(pad.size) / 2
+    lines = [(0.0 if mirrored else -end, end) for mirrored, end in zip(pad.surface.mirrors, ends, strict=True)]
+    return [np.linspace(start, end, int(np.ceil((end - start) / spacing)) + 1) for start, end in lines]
+
+
+def disc_forces(surface: SurfaceGrid, x: Array, y: Array, diameters: Sequence[float]) -> Array:
+    """Nodal forces [N] of unit tractions along each axis on discs of each diameter, centred on a grid.
+
+    The result has shape (axes * diameters * centres, nodes y, nodes x, 3).
+    """
+    discs = (Point(px, py).buffer(diameter / 2, quad_segs=6) for diameter in diameters for py in y for px in x)
+    integrals = np.stack([surface.nodal_integrals(disc)[0] for disc in discs])
+    return np.einsum("dyx,ac->adyxc", integrals, np.eye(3)).reshape(-1, *integrals.shape[1:], 3)
+
+
 def folded_loads(batch: Array, columns: list[np.ndarray], twofold: bool, mirrors: MirrorPlanes = BOTH) -> FoldedLoads:
     """Split nodal forces into symmetry classes.
 
@@ -90,8 +115,7 @@ def folded_loads(batch: Array, columns: list[np.ndarray], twofold: bool, mirrors
         twofold: whether the matrices are stored in double precision.
         mirrors: of the pad.
     """
-    folded = (fold_forces(batch, parity).reshape(len(batch), -1) for parity in mirrors.classes)
-    forces = [of_class[:, free] for of_class, free in zip(folded, columns, strict=True)]
+    forces = by_class(batch, columns, mirrors)
     scale = np.max([np.abs(of_class).max(axis=1, initial=0.0) for of_class in forces], axis=0)
     scale = np.where(scale > 0, scale, 1.0)
     negligible = _NEGLIGIBLE * np.finfo(np.float64 if twofold else np.float32).eps

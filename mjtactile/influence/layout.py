@@ -127,8 +127,8 @@ def check_layout(pad: Pad, fidelity: Fidelity, mesh: SheetMesh, tables: Tables) 
         layout.take(table_name("compliance", parity), (np.float64,), (count, count))
         for kind, width in (("deviatoric", DEVIATORIC_COUNT), ("mean", 1)):
             for k, of_layer in enumerate(points):
-                storage = _LayerStorage(fidelity.precision_at(k), fidelity.reduction > 0.0)
-                _check_matrix(layout, table_name(kind, parity, k), storage, (columns, of_layer * width))
+                shape = columns, of_layer * width
+                _check_matrix(layout, table_name(kind, parity, k), shape, fidelity, k)
     layout.require_nothing_else()
 
 
@@ -144,18 +144,10 @@ def _check_sampling(layout: _Layout, pad: Pad, sensing_layer: int) -> int:
     return len(points)
 
 
-@dataclass(frozen=True)
-class _LayerStorage:
-    """How the stress matrices of one sensing layer are stored."""
-
-    precision: str  #: one of `fidelity.PRECISIONS`
-    reduced: bool  #: whether a matrix may be stored in two factors
-
-
-def _check_matrix(layout: _Layout, name: str, storage: _LayerStorage, shape: tuple[int, int]) -> None:
+def _check_matrix(layout: _Layout, name: str, shape: tuple[int, int], fidelity: Fidelity, sensing_layer: int) -> None:
     """Check a stress matrix (columns, rows): whole, or in two factors if it is reduced, see `stored_matrix`."""
-    columns, rows = shape
-    if name in layout.tables or not storage.reduced:
+    (columns, rows), precision = shape, fidelity.precision_at(sensing_layer)
+    if name in layout.tables or fidelity.reduction == 0.0:
         factors: dict[str, _Shape] = {name: (columns, rows)}
     else:
         left = f"{name} left"
@@ -164,8 +156,8 @@ def _check_matrix(layout: _Layout, name: str, storage: _LayerStorage, shape: tup
         factors = {left: (columns, rank), f"{name} right": (rank, rows)}
     last = list(factors)[-1]
     for place, of_factor in factors.items():
-        narrow = {"int8": np.int8 if place == last else np.float16, "float16": np.float16}.get(storage.precision)
-        layout.take(place, (narrow or np.dtype(storage.precision).type,), of_factor)
+        narrow = {"int8": np.int8 if place == last else np.float16, "float16": np.float16}.get(precision)
+        layout.take(place, (narrow or np.dtype(precision).type,), of_factor)
         if narrow is not None:
             layout.take(f"{place} scale", (np.float32,), (of_factor[0], 1))
 

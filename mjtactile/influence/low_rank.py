@@ -28,13 +28,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-from shapely import Point
 
 from mjtactile._types import Array, Tables
 from mjtactile.fem.stress import DEVIATORIC_COUNT
-from mjtactile.fem.symmetry import fold_forces
 from mjtactile.fem.vertex_loads import onto_corners
 from mjtactile.fidelity import Fidelity
+from mjtactile.influence.forces import by_class, disc_forces, grid_lines
 from mjtactile.influence.stress_matrix import stored_matrix
 from mjtactile.influence.table import table_name
 
@@ -159,15 +158,8 @@ def _disc_loads(influence: InfluenceMatrices) -> tuple[list[Array], list[Array]]
     surface, density = influence.surface, influence.density
     largest = max(surface.x.sizes.max(), surface.y.sizes.max())
     diameter = max(_DISC * density.length_for(influence.pad), _DISC_ELEMENTS * float(largest))
-    half = np.array(influence.pad.size) / 2
-    spacing = max(_SPACING * diameter, float(np.sqrt(half.prod() / _MOST_DISCS)))
-    mirrored = influence.pad.surface.mirrors
-    starts = [0.0 if by_mirror else -extent for by_mirror, extent in zip(mirrored, half, strict=True)]
-    spacing *= 2 ** (mirrored.count(False) / 2)
-    lines = [
-        np.linspace(start, extent, int(np.ceil((extent - start) / spacing)) + 1)
-        for start, extent in zip(starts, half, strict=True)
-    ]
+    spacing = max(_SPACING * diameter, float(np.sqrt(np.prod(influence.pad.size) / 4 / _MOST_DISCS)))
+    lines = grid_lines(influence.pad, spacing * 2 ** (influence.pad.surface.mirrors.count(False) / 2))
     between = [np.append((line[1:] + line[:-1]) / 2, line[-1]) for line in lines]
     spanning, control = (_discs(influence, x, y, diameter) for x, y in (lines, between))
     return spanning, control
@@ -175,10 +167,7 @@ def _disc_loads(influence: InfluenceMatrices) -> tuple[list[Array], list[Array]]
 
 def _discs(influence: InfluenceMatrices, x: Array, y: Array, diameter: float) -> list[Array]:
     """Forces (loads, columns) of each class for unit tractions along each axis on discs with centres on a grid."""
-    discs = [Point(px, py).buffer(diameter / 2, quad_segs=6) for py in y for px in x]
-    integrals = np.stack([influence.surface.nodal_integrals(disc)[0] for disc in discs])
-    forces = np.einsum("dyx,ac->adyxc", integrals, np.eye(3)).reshape(-1, *integrals.shape[1:], 3)
+    forces = disc_forces(influence.surface, x, y, (diameter,))
     if influence.fidelity.loads == "corners":
         forces = onto_corners(forces, influence.surface)
-    folded = (fold_forces(forces, parity).reshape(len(forces), -1) for parity in influence.mirrors.classes)
-    return [of_class[:, columns] for of_class, columns in zip(folded, influence.columns, strict=True)]
+    return by_class(forces, influence.columns, influence.mirrors)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mjtactile._files import path_from
-from mjtactile._types import Array
+from mjtactile._types import Array, Mask
 from mjtactile.errors import CorruptInfluenceError, InfluenceError, OutputError, of_type
 from mjtactile.fem.mesh import warn_if_coarser
 from mjtactile.fem.stress import DEVIATORIC_COUNT, stress_tensor, von_mises
@@ -35,10 +35,11 @@ from mjtactile.pad import Pad
 if TYPE_CHECKING:
     from mjtactile.influence.surface_load import SurfaceLoad
 
-#: Deviatoric coordinates that change sign under x -> -x (xy and zx) and under y -> -y (xy and yz).
-ODD_IN_X, ODD_IN_Y = np.array([0, 0, 1, 0, 1], dtype=bool), np.array([0, 0, 1, 1, 0], dtype=bool)
-#: The mean stress does not change sign under either.
-EVEN = np.zeros(1, dtype=bool)
+#: Coordinates of each kind of stress that change sign under x -> -x (xy and zx), and under y -> -y (xy and yz).
+ODD: dict[str, tuple[Mask, Mask]] = {
+    "deviatoric": (np.array([0, 0, 1, 0, 1], dtype=bool), np.array([0, 0, 1, 1, 0], dtype=bool)),
+    "mean": (np.zeros(1, dtype=bool), np.zeros(1, dtype=bool)),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +149,7 @@ class InfluenceMatrices(PadTables):
         loads, single = self._folded(load)
         layers = []
         for k in range(self.pad.sensing_layers):
-            mean = unfold_points(loads.times(self._mean_matrices[k]), EVEN, EVEN, self.mirrors)[..., 0]
+            mean = unfold_points(loads.times(self._mean_matrices[k]), *ODD["mean"], self.mirrors)[..., 0]
             tensor = stress_tensor(self._deviatoric(loads, k), mean)
             layers.append(np.stack([self.averages[k] @ one for one in tensor]))
         stress = np.moveaxis(np.stack(layers, axis=1), -1, 1).reshape(len(loads.scale), 6, *self.pad.reading_shape)
@@ -189,7 +190,7 @@ class InfluenceMatrices(PadTables):
     def _deviatoric(self, loads: FoldedLoads, sensing_layer: int) -> Array:
         """Deviatoric stress (batch, points, 5) [Pa] at one sensing layer's sample points."""
         response = loads.times(self._deviatoric_matrices[sensing_layer])
-        return unfold_points(response, ODD_IN_X, ODD_IN_Y, self.mirrors)
+        return unfold_points(response, *ODD["deviatoric"], self.mirrors)
 
     def _stress_matrices(self, kind: str) -> list[list[StressMatrix]]:
         layers = range(self.pad.sensing_layers)
@@ -230,20 +231,7 @@ def load_influence(
 def read_influence(
     path: str | Path, pad: Pad | None = None, fidelity: str | Fidelity | None = None
 ) -> InfluenceMatrices:
-    """Load saved influence matrices as `load_influence` does, but without its warning.
-
-    Args:
-        path: file written by `InfluenceMatrices.save`.
-        pad: the pad that the file must be for; by default the one it describes.
-        fidelity: the fidelity that the file must have; by default the one it describes.
-
-    Raises:
-        FileNotFoundError: there is no such file.
-        InfluenceError: `path` is no path.
-        CorruptInfluenceError: the file is damaged, not an influence table, or lacks an array its fidelity needs.
-        StaleInfluenceError: the file is for another pad, mesh, storage or format version.
-        PresetError: there is no such fidelity.
-    """
+    """Load saved influence matrices as `load_influence` does, with its errors but without its warning."""
     file = path_from(path, "path", InfluenceError)
     tables, metadata = read_tables(file)
     pad, chosen = check_provenance(file, metadata, pad, fidelity)

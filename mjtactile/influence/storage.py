@@ -13,7 +13,7 @@ from mjtactile._types import Tables
 from mjtactile.fem.stiffness import Parity
 from mjtactile.fem.symmetry import MirrorPlanes
 from mjtactile.fidelity import Fidelity
-from mjtactile.influence.matrices import EVEN, ODD_IN_X, ODD_IN_Y, InfluenceMatrices
+from mjtactile.influence.matrices import ODD, InfluenceMatrices
 from mjtactile.influence.stress_matrix import stored_matrix
 from mjtactile.influence.table import table_name
 from mjtactile.pad import Pad
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from mjtactile.influence.taxel_mean import LayerMeans
 
 _STRESSES = ("deviatoric", "mean")
-#: Coordinates of each kind that change their sign under x -> -x, and under y -> -y.
-_ODD = {"deviatoric": (ODD_IN_X, ODD_IN_Y), "mean": (EVEN, EVEN)}
 
 
 class ClassStorage:
@@ -66,7 +64,7 @@ class ClassStorage:
         """Rows of the remaining sample points, from some columns of a matrix (columns, rows of all points)."""
         if sensing_layer not in self._means:
             return matrix
-        return self._means[sensing_layer].averaged(matrix, self._classes.index(parity), _ODD[kind])
+        return self._means[sensing_layer].averaged(matrix, self._classes.index(parity), ODD[kind])
 
     def columns(self, parity: Parity, matrix: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """The remaining columns of a matrix (columns, rows)."""

@@ -48,7 +48,7 @@ class LayerMeans:
         # Parts that mirrors map onto each other are represented by one of them.
         _, chosen = np.unique(folded.index, return_index=True)
         self._rows = parts.rows[chosen]
-        self._home = folded.quadrant[chosen]
+        self._home = folded.quadrant[chosen]  # the mirror image in which each of them lies
 
     def averaged(self, matrix: npt.NDArray[np.floating], number: int, odd: Sequence[Mask]) -> npt.NDArray[np.floating]:
         """A class's matrix for the averaged points (columns, folded parts * coordinates).
@@ -58,7 +58,17 @@ class LayerMeans:
             number: index of the class.
             odd: coordinates that change their sign under x -> -x, and under y -> -y.
         """
-        return _averaged(matrix, self._rows, self._home, (self._mirrors, number), odd)
+        mirrors, home, width = self._mirrors, self._home, len(odd[0])
+        points = matrix.shape[1] // width
+        flips = np.array([np.where(odd[0], x, 1) * np.where(odd[1], y, 1) for x, y in mirrors.images])
+        signs = mirrors.signs[:, number, None] * flips  # (images, coordinates), of the class at each mirror image
+        by_point = matrix.reshape(len(matrix), points, width)
+        averaged = np.zeros((len(matrix), len(home), width), matrix.dtype)
+        for q in range(len(mirrors.images)):
+            of_quadrant = self._rows[:, q * points : (q + 1) * points].astype(matrix.dtype)
+            for k in range(width):
+                averaged[:, :, k] += signs[q, k] * signs[home, k] * (of_quadrant @ by_point[:, :, k].T).T
+        return averaged.reshape(len(matrix), -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,32 +110,3 @@ def _quarters(pad: Pad, sampling: Tables, sensing_layer: int, balls: _BallParts)
         np.concatenate([one.centres for one in quarters]),
         sparse.csr_array(sparse.vstack([one.rows for one in quarters])),
     )
-
-
-def _averaged(
-    matrix: npt.NDArray[np.floating],
-    rows: sparse.csr_array,
-    home: Indices,
-    of_class: tuple[MirrorPlanes, int],
-    odd: Sequence[Mask],
-) -> npt.NDArray[np.floating]:
-    """A class's matrix for averaged points (columns, folded parts * coordinates).
-
-    Args:
-        matrix: that for all points (columns, folded points * coordinates).
-        rows: weights of the sample points in each part's mean (folded parts, images * folded points).
-        home: index of the mirror image in which each of these parts lies.
-        of_class: the pad's mirrors, and the index of the class.
-        odd: coordinates that change their sign under x -> -x, and under y -> -y.
-    """
-    (mirrors, number), parts, width = of_class, len(home), len(odd[0])
-    points = matrix.shape[1] // width
-    flips = np.array([np.where(odd[0], x, 1) * np.where(odd[1], y, 1) for x, y in mirrors.images])
-    signs = mirrors.signs[:, number, None] * flips  # (images, coordinates), of the class at each mirror image
-    by_point = matrix.reshape(len(matrix), points, width)
-    averaged = np.zeros((len(matrix), parts, width), matrix.dtype)
-    for q in range(len(mirrors.images)):
-        of_quadrant = rows[:, q * points : (q + 1) * points].astype(matrix.dtype)
-        for k in range(width):
-            averaged[:, :, k] += signs[q, k] * signs[home, k] * (of_quadrant @ by_point[:, :, k].T).T
-    return averaged.reshape(len(matrix), -1)

@@ -13,11 +13,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from shapely import Point
 
 from mjtactile._types import Array, Mask
-from mjtactile.fem.symmetry import fold_forces
 from mjtactile.fem.vertex_loads import on_corners, onto_corners, require_corners_mirrored
+from mjtactile.influence.forces import by_class, disc_forces, grid_lines
 from mjtactile.influence.matrices import InfluenceMatrices
 
 #: Diameters of the discs over the largest element [-].
@@ -46,8 +45,9 @@ class CornerColumns:
         require_corners_mirrored(whole.mesh)
         corners = on_corners(whole.mesh.quarter())
         forces = _disc_forces(whole)
-        on_nodes = _by_class(forces, whole)
-        spread = _by_class(onto_corners(forces, whole.surface), _with_corners(whole))
+        on_nodes = by_class(forces, whole.columns, whole.mirrors)
+        cornered = InfluenceMatrices(whole.pad, replace(whole.fidelity, loads="corners"), whole.tables)
+        spread = by_class(onto_corners(forces, whole.surface), cornered.columns, whole.mirrors)
         self._kept = [corners[columns] for columns in whole.columns]
         self._corrections = [_correction(*of_class) for of_class in zip(on_nodes, spread, self._kept, strict=True)]
 
@@ -77,29 +77,10 @@ def _correction(full: Array, few: Array, kept: Mask) -> npt.NDArray[Any]:
     return np.linalg.solve(gram, few.T @ missed)
 
 
-def _with_corners(whole: InfluenceMatrices) -> InfluenceMatrices:
-    """The matrices with loads="corners" in their fidelity; their tables still have columns of all nodes."""
-    return InfluenceMatrices(whole.pad, replace(whole.fidelity, loads="corners"), whole.tables)
-
-
 def _disc_forces(influence: InfluenceMatrices) -> Array:
     """Nodal forces (loads, nodes y, nodes x, 3) of unit tractions along each axis on discs all over the quarter."""
     surface = influence.surface
     largest = float(max(surface.x.sizes.max(), surface.y.sizes.max()))
-    half = np.array(influence.pad.size) / 2
-    spacing = max(_SPACING * largest, float(np.sqrt(half.prod() / _MOST_DISCS)))
-    starts = (
-        0.0 if mirrored else -extent for mirrored, extent in zip(influence.pad.surface.mirrors, half, strict=True)
-    )
-    x, y = (
-        np.linspace(start, extent, int(np.ceil((extent - start) / spacing)) + 1)
-        for start, extent in zip(starts, half, strict=True)
-    )
-    discs = [Point(px, py).buffer(d * largest / 2, quad_segs=6) for d in _DISCS for py in y for px in x]
-    integrals = np.stack([surface.nodal_integrals(disc)[0] for disc in discs])
-    return np.einsum("dyx,ac->adyxc", integrals, np.eye(3)).reshape(-1, *integrals.shape[1:], 3)
-
-
-def _by_class(forces: Array, influence: InfluenceMatrices) -> list[Array]:
-    folded = (fold_forces(forces, parity).reshape(len(forces), -1) for parity in influence.mirrors.classes)
-    return [of_class[:, columns] for of_class, columns in zip(folded, influence.columns, strict=True)]
+    spacing = max(_SPACING * largest, float(np.sqrt(np.prod(influence.pad.size) / 4 / _MOST_DISCS)))
+    x, y = grid_lines(influence.pad, spacing)
+    return disc_forces(surface, x, y, [d * largest for d in _DISCS])

@@ -11,12 +11,10 @@ from torch import Tensor, nn
 
 from mjtactile.fem.stiffness import Parity
 from mjtactile.fem.vertex_loads import corner_weights
-from mjtactile.influence.matrices import EVEN, ODD_IN_X, ODD_IN_Y, InfluenceMatrices
+from mjtactile.influence.matrices import ODD, InfluenceMatrices
 from mjtactile.influence.stress_matrix import read_matrix
 from mjtactile.influence.table import table_name
 
-#: Which coordinates of a kind of stress change their sign under x -> -x and y -> -y.
-_ODD = {"deviatoric": (ODD_IN_X, ODD_IN_Y), "mean": (EVEN, EVEN)}
 #: Integrals of a quadratic element's three shape functions over its length.
 _SIMPSON = (1 / 6, 4 / 6, 1 / 6)
 
@@ -87,7 +85,7 @@ class LayerStress(nn.Module):
             for name, factor in zip(names, factors, strict=True):
                 as_buffer(self, name, factor)
             self.factors.append(names)
-        (odd_in_x, odd_in_y), mirrors = _ODD[kind], influence.mirrors
+        (odd_in_x, odd_in_y), mirrors = ODD[kind], influence.mirrors
         flips = np.array([np.where(odd_in_x, x, 1.0) * np.where(odd_in_y, y, 1.0) for x, y in mirrors.images])
         as_buffer(self, "signs", mirrors.signs.astype(np.float64))
         as_buffer(self, "flips", flips[:, None, :])
