@@ -11,9 +11,9 @@ from __future__ import annotations
 import inspect
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -60,9 +60,10 @@ class Surface(ABC):
         """Whether the surface is symmetric under x -> -x, and under y -> -y."""
 
     @property
-    @abstractmethod
     def numbers(self) -> dict[str, Any]:
         """Constructor arguments of this surface by name, as plain numbers and lists; lengths in metres."""
+        own = [one.name for one in fields(cast(Any, self)) if one.compare]  # all surfaces are dataclasses
+        return {name: np.asarray(getattr(self, name)).tolist() for name in own}
 
     @property
     def description(self) -> dict[str, Any]:
@@ -264,11 +265,6 @@ class Flat(Surface):
         return True, True
 
     @property
-    def numbers(self) -> dict[str, Any]:
-        """Constructor arguments: none."""
-        return {}
-
-    @property
     def is_flat(self) -> bool:
         """True: the surface is the plane z = 0."""
         return True
@@ -321,11 +317,6 @@ class SphereCap(Quadric):
         object.__setattr__(self, "radius", _length("radius", self.radius))
 
     @property
-    def numbers(self) -> dict[str, Any]:
-        """Constructor arguments by name: the radius [m]."""
-        return {"radius": self.radius}
-
-    @property
     def principal_axes(self) -> tuple[float, float, float]:
         """Half the quadric's widths a, b and c along x, y and z [m]."""
         return self.radius, self.radius, self.radius
@@ -345,11 +336,6 @@ class CylinderSector(Quadric):
     def __post_init__(self) -> None:
         """Normalise the number's type."""
         object.__setattr__(self, "radius", _length("radius", self.radius))
-
-    @property
-    def numbers(self) -> dict[str, Any]:
-        """Constructor arguments by name: the radius [m]."""
-        return {"radius": self.radius}
 
     @property
     def principal_axes(self) -> tuple[float, float, float]:
@@ -375,11 +361,6 @@ class EllipsoidCap(Quadric):
         except (TypeError, ValueError):
             raise PadError(f"semi_axes = {self.semi_axes!r}; expected three lengths (a, b, c) in metres.") from None
         object.__setattr__(self, "semi_axes", tuple(_length("semi-axis", axis) for axis in (a, b, c)))
-
-    @property
-    def numbers(self) -> dict[str, Any]:
-        """Constructor arguments by name: the semi-axes [m]."""
-        return {"semi_axes": list(self.semi_axes)}
 
     @property
     def principal_axes(self) -> tuple[float, float, float]:
@@ -437,16 +418,6 @@ class SurfacePatch(Surface):
             for axis, line in enumerate(lines)
         ]
         return along[0], along[1]
-
-    @property
-    def numbers(self) -> dict[str, Any]:
-        """Constructor arguments by name: knots [m], coefficients [m] and degree."""
-        return {
-            "knots_x": list(self.knots_x),
-            "knots_y": list(self.knots_y),
-            "coefficients": [list(row) for row in self.coefficients],
-            "degree": self.degree,
-        }
 
     def jet(self, x: Array, y: Array) -> Jet:
         """Height and derivatives; NaN outside the range of the knots."""

@@ -92,12 +92,11 @@ def evaluate(
         "protocol": {layers: protocol(influence, *pair) for layers, pair in pairs.items()},
         "mujoco": {layers: random_presses(data, *pair, noise=0.01, seed=seed) for layers, pair in pairs.items()},
         "noise": [
-            {"noise": noise} | {layers: _totals(data, *pair, noise=noise, seed=seed) for layers, pair in pairs.items()}
+            {"noise": noise} | {layers: _totals(data, *pair, noise, seed) for layers, pair in pairs.items()}
             for noise in NOISES
         ],
         "transducers": [
-            {"transducer": name}
-            | {layers: _reported(data, *pair, array=array, seed=seed) for layers, pair in pairs.items()}
+            {"transducer": name} | {layers: _totals(data, *pair, 0.01, seed, array) for layers, pair in pairs.items()}
             for name, array in ARRAYS.items()
         ],
     }
@@ -252,16 +251,14 @@ def angles_between(found: Array, truth: Array) -> Array:
 
 
 def _totals(
-    data: Dataset, force: ForceRecogniser, shape: ShapeRecogniser, *, noise: float, seed: int
+    data: Dataset,
+    force: ForceRecogniser,
+    shape: ShapeRecogniser,
+    noise: float,
+    seed: int,
+    array: TransducerArray | None = None,
 ) -> dict[str, float]:
-    figures = random_presses(data, force, shape, noise=noise, seed=seed)
-    return {figure: figures[figure] for figure in _TOTALS}
-
-
-def _reported(
-    data: Dataset, force: ForceRecogniser, shape: ShapeRecogniser, *, array: TransducerArray, seed: int
-) -> dict[str, float]:
-    figures = random_presses(data, force, shape, noise=0.01, seed=seed, array=array)
+    figures = random_presses(data, force, shape, noise=noise, seed=seed, array=array)
     return {figure: figures[figure] for figure in _TOTALS}
 
 

@@ -16,7 +16,7 @@ import torch
 
 from mjtactile._progress import progress_bar
 from mjtactile.recognition.shape import ShapeModule
-from mjtactile.recognition.training.fitting import Schedule, learning_rate
+from mjtactile.recognition.training.fitting import Schedule, learning_rate, stored_layers
 from mjtactile.recognition.training.looker import Looker
 from mjtactile.recognition.training.shape_networks import FixedNetwork, PoseNetworks
 
@@ -96,11 +96,7 @@ class NewModule(torch.nn.Module):
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Weights in half precision and biases, by the names that `Network.from_arrays` expects."""
-        arrays: dict[str, np.ndarray] = {}
-        for layer, (weights, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
-            arrays[f"shape weights {layer}"] = weights.detach().numpy().astype(np.float16)
-            arrays[f"shape biases {layer}"] = bias.detach().numpy().astype(np.float32)
-        return arrays
+        return stored_layers("shape", self.weights, self.biases)
 
 
 def most_alike(looks: Looks, known: Sequence[ShapeModule], count: int) -> list[ShapeModule]:

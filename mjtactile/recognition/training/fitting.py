@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -43,10 +43,15 @@ def perceptron(sizes: list[int]) -> torch.nn.Sequential:
 def perceptron_arrays(network: torch.nn.Module, name: str) -> dict[str, np.ndarray]:
     """A perceptron's weights in half precision, by the names that `Network.from_arrays` expects."""
     linear = [layer for layer in network.modules() if isinstance(layer, torch.nn.Linear)]
+    return stored_layers(name, [layer.weight.T for layer in linear], [layer.bias for layer in linear])
+
+
+def stored_layers(name: str, weights: Iterable[torch.Tensor], biases: Iterable[torch.Tensor]) -> dict[str, np.ndarray]:
+    """Weights (inputs, outputs) in half precision and biases of layers, by the names of `perceptron_arrays`."""
     arrays: dict[str, np.ndarray] = {}
-    for k, layer in enumerate(linear):
-        arrays[f"{name} weights {k}"] = layer.weight.detach().numpy().T.astype(np.float16)
-        arrays[f"{name} biases {k}"] = layer.bias.detach().numpy().astype(np.float32)
+    for k, (weight, bias) in enumerate(zip(weights, biases, strict=True)):
+        arrays[f"{name} weights {k}"] = weight.detach().numpy().astype(np.float16)
+        arrays[f"{name} biases {k}"] = bias.detach().numpy().astype(np.float32)
     return arrays
 
 

@@ -7,48 +7,23 @@ equivalent and several times faster.
 
 from __future__ import annotations
 
-from typing import Protocol
-
-import numpy as np
 import torch
 
 from mjtactile.recognition.features import NOISE_FLOOR, PrincipalComponents
-
-
-class Projected(Protocol):
-    """Presses in the octant, projected on principal components, such as `Presses` and `Examples`."""
-
-    @property
-    def readings(self) -> np.ndarray:
-        """Mirrored readings, (presses, layers, rows, columns)."""
-        ...
-
-    @property
-    def projected(self) -> np.ndarray:
-        """Projections, (presses, parts)."""
-        ...
-
-    @property
-    def energy(self) -> np.ndarray:
-        """Sum of squares of all readings, (presses,)."""
-        ...
-
-    @property
-    def peak(self) -> np.ndarray:
-        """Largest reading, (presses,)."""
-        ...
+from mjtactile.recognition.training.examples import Examples
+from mjtactile.recognition.training.presses import Presses
 
 
 class Looker:
     """Computes features of presses with random noise.
 
     Args:
-        presses: the presses.
-        view: principal components on which they are projected.
+        presses: the presses, in the octant and projected on principal components.
+        view: these principal components.
         generator: draws the noise.
     """
 
-    def __init__(self, presses: Projected, view: PrincipalComponents, generator: torch.Generator) -> None:
+    def __init__(self, presses: Presses | Examples, view: PrincipalComponents, generator: torch.Generator) -> None:
         self.readings = torch.tensor(presses.readings)
         self.parts = torch.tensor(view.parts)
         self.projected = torch.tensor(presses.projected)

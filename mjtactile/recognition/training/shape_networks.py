@@ -10,6 +10,7 @@ import torch
 
 from mjtactile.recognition.network import Network
 from mjtactile.recognition.pose import POSE_KINDS, PoseModule
+from mjtactile.recognition.training.fitting import stored_layers
 from mjtactile.recognition.weight_files import read_weights
 
 
@@ -81,8 +82,4 @@ class ShapeNetworks(torch.nn.Module):
         own = slice(k * self.width, (k + 1) * self.width)
         weights = [self.first.weight[own].T, self.second[k], self.last[k]]
         biases = [self.first.bias[own], self.second_bias[k, 0], self.last_bias[k, 0]]
-        arrays: dict[str, np.ndarray] = {}
-        for layer, (weight, bias) in enumerate(zip(weights, biases, strict=True)):
-            arrays[f"shape weights {layer}"] = weight.detach().numpy().astype(np.float16)
-            arrays[f"shape biases {layer}"] = bias.detach().numpy().astype(np.float32)
-        return arrays
+        return stored_layers("shape", weights, biases)
