@@ -70,64 +70,6 @@ if TYPE_CHECKING:
 from mjtactile._installed import __version__ as __version__
 from mjtactile.plugin import import_hook as _import_hook
 
-_MODULE_OF = {
-    name: module
-    for module, names in {
-        "attach": ("attach_pad",),
-        "influence.cache": ("influence_matrices",),
-        "contact.wrench_basis": ("WrenchBasis",),
-        "contact.contact_load": ("contact_load", "contact_loads"),
-        "errors": (
-            "ContactError",
-            "ContactWarning",
-            "CorruptInfluenceError",
-            "DatasetError",
-            "FootprintError",
-            "IndenterError",
-            "InfluenceError",
-            "InfluenceWarning",
-            "MeshError",
-            "MeshWarning",
-            "MissingExtraError",
-            "MjTactileError",
-            "NativeError",
-            "OutputError",
-            "PadError",
-            "PresetError",
-            "RenderError",
-            "SceneError",
-            "StaleInfluenceError",
-            "ViewError",
-        ),
-        "contact.footprint": ("Footprint",),
-        "geometry.indenter": (
-            "INDENTER_NAMES",
-            "Indenter",
-            "box",
-            "convex_pieces",
-            "cylinder",
-            "indenter_outline",
-            "indenter_solid",
-            "mesh_indenter",
-            "punch",
-            "sphere",
-        ),
-        "influence.matrices": ("InfluenceMatrices", "load_influence"),
-        "influence.surface_load": ("ContactState", "SurfaceLoad"),
-        "pad": ("Layer", "Pad", "TaxelGrid", "force_vector"),
-        "pad_names": ("pad_from_file", "pad_text", "register_pad"),
-        "plugin.health": ("Health", "set_warnings"),
-        "plugin.attributes": ("plugin_health",),
-        "fidelity": ("MESHES", "PRESETS", "Fidelity", "MeshDensity"),
-        "sim.preview": ("preview_pad",),
-        "sim.press_scene": ("PressResult", "press", "press_scene"),
-        "sensor": ("TactileSensor",),
-        "pad_shape.surfaces": ("CylinderSector", "EllipsoidCap", "Flat", "SphereCap", "SurfacePatch"),
-        "pad_shape.taxels": ("FreeTaxels",),
-    }.items()
-    for name in names
-}
-
 __all__ = [
     "INDENTER_NAMES",
     "MESHES",
@@ -197,6 +139,42 @@ __all__ = [
     "sphere",
 ]
 
+_MODULE_OF = {
+    name: module
+    for module, names in {
+        "attach": ("attach_pad",),
+        "influence.cache": ("influence_matrices",),
+        "contact.wrench_basis": ("WrenchBasis",),
+        "contact.contact_load": ("contact_load", "contact_loads"),
+        "errors": tuple(name for name in __all__ if name.endswith(("Error", "Warning"))),
+        "contact.footprint": ("Footprint",),
+        "geometry.indenter": (
+            "INDENTER_NAMES",
+            "Indenter",
+            "box",
+            "convex_pieces",
+            "cylinder",
+            "indenter_outline",
+            "indenter_solid",
+            "mesh_indenter",
+            "punch",
+            "sphere",
+        ),
+        "influence.matrices": ("InfluenceMatrices", "load_influence"),
+        "influence.surface_load": ("ContactState", "SurfaceLoad"),
+        "pad": ("Layer", "Pad", "TaxelGrid", "force_vector"),
+        "pad_names": ("pad_from_file", "pad_text", "register_pad"),
+        "plugin.health": ("Health", "set_warnings"),
+        "plugin.attributes": ("plugin_health",),
+        "fidelity": ("MESHES", "PRESETS", "Fidelity", "MeshDensity"),
+        "sim.preview": ("preview_pad",),
+        "sim.press_scene": ("PressResult", "press", "press_scene"),
+        "sensor": ("TactileSensor",),
+        "pad_shape.surfaces": ("CylinderSector", "EllipsoidCap", "Flat", "SphereCap", "SurfacePatch"),
+        "pad_shape.taxels": ("FreeTaxels",),
+    }.items()
+    for name in names
+}
 
 #: Subpackages that can be used as attributes of `mjtactile` without an import of their own.
 _PACKAGES = ("dataset", "envs", "hands", "lerobot", "recognition", "torch", "transducer", "view")
