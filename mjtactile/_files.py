@@ -108,13 +108,15 @@ def unusable(path: Path) -> str | None:
     return next((name for is_kind, name in _KINDS if is_kind(mode)), "no regular file")
 
 
-def check_writable(path: Path) -> None:
-    """Check before long work that a file can be written.
+def check_writable(path: Path | None) -> None:
+    """Check before long work that a file can be written; None stands for no file.
 
     Raises:
         OutputError: its folder is missing or not writable, the name is not a valid file name, or the path exists and
             is write-protected or not a regular file.
     """
+    if path is None:
+        return
     try:
         target = _target(path)
         with tempfile.TemporaryFile(dir=target.parent):

@@ -34,19 +34,12 @@ def bench_plugin(
     page: PageOption = None,
 ) -> None:
     """Measure the time that the sensor plugin adds to a MuJoCo step, compared with MuJoCo's `<tactile>`."""
-    from mjtactile._files import check_apart, check_writable
+    from mjtactile._files import check_apart
     from mjtactile.cli.benchmarks.plugin import plugin_benchmark, plugin_table
-    from mjtactile.cli.benchmarks.tables import rounded, table_on_page
+    from mjtactile.cli.benchmarks.tables import rounded
 
     check_apart({"--out": out, "--page": page})
-    if out is not None:
-        check_writable(out)
-    write = table_on_page(page, "plugin")
-    result = rounded(plugin_benchmark(quick=quick))
-    if out is not None:
-        _store(result, out)
-    typer.echo(json_text(result) if as_json else plugin_table(result))
-    write(plugin_table(result))
+    _show(lambda: rounded(plugin_benchmark(quick=quick)), plugin_table, "plugin", as_json, page, out)
 
 
 @bench_app.command("trade")
@@ -62,22 +55,18 @@ def bench_trade(
 
     This takes ten minutes on an idle machine, mostly for building tables, which stay in the cache (about 3 GB).
     """
-    from mjtactile._files import check_apart, check_figure, check_writable
-    from mjtactile.cli.benchmarks.tables import rounded, table_on_page, trade_table
+    from mjtactile._files import check_apart, check_figure
+    from mjtactile.cli.benchmarks.tables import rounded, trade_table
     from mjtactile.cli.benchmarks.trade import trade_benchmark
 
     check_apart({"--measured": measured, "--out": out, "--figure": figure, "--page": page})
-    if out is not None:
-        check_writable(out)
     if figure is not None:
         check_figure(figure)
-    write = table_on_page(page, "trade")
-    result = rounded(trade_benchmark(quick=quick)) if measured is None else _earlier(measured)
-    table = trade_table(result)
-    if out is not None:
-        _store(result, out)
-    typer.echo(json_text(result) if as_json else table)
-    write(table)
+
+    def measure() -> dict[str, Any]:
+        return rounded(trade_benchmark(quick=quick)) if measured is None else _earlier(measured)
+
+    result = _show(measure, trade_table, "trade", as_json, page, out)
     if figure is not None:
         _draw_trade(result, figure)
 
@@ -128,21 +117,21 @@ def _show(
     name: str,
     as_json: bool,
     page: Path | None,
-) -> None:
-    """Measure and print the result, and write its table on the page, which is checked before the work begins."""
+    out: Path | None = None,
+) -> dict[str, Any]:
+    """Measure, store and print the result, and write its table on the page. Both files are checked first."""
+    from mjtactile._files import check_writable, write_atomically
     from mjtactile.cli.benchmarks.tables import table_on_page
 
+    check_writable(out)
     write = table_on_page(page, name)
     result = measure()
     table = table_of(result)
+    if out is not None:
+        write_atomically(out, lambda file: file.write((json_text(result, indent=1) + "\n").encode()))
     typer.echo(json_text(result) if as_json else table)
     write(table)
-
-
-def _store(result: dict[str, Any], path: Path) -> None:
-    from mjtactile._files import write_atomically
-
-    write_atomically(path, lambda file: file.write((json_text(result, indent=1) + "\n").encode()))
+    return result
 
 
 def _earlier(path: Path) -> dict[str, Any]:

@@ -112,8 +112,7 @@ def _run(experiment: Experiment, settings: TrialSettings, workers: Workers, outp
     if figure is not None and experiment.figure is None:
         raise typer.BadParameter(f"{table} has no figure, only lift has one. Leave out --figure.")
     check_apart({"--out": out, "--figure": figure, "--page": output.page})
-    if out is not None:
-        check_writable(out)
+    check_writable(out)
     if figure is not None:
         check_figure(figure)
     write = table_on_page(output.page, table)

@@ -149,13 +149,8 @@ def press(
             typer.echo(f"wrote {path}")
 
 
-app.command(rich_help_panel="Touch")(loop)
-app.command(rich_help_panel="Touch")(view)
-app.command(rich_help_panel="Touch")(dataset)
-app.command(rich_help_panel="Touch")(record)
-app.command(rich_help_panel="Touch")(envs)
-app.command(rich_help_panel="Touch")(preview)
-app.command(rich_help_panel="Touch")(hands)
+for _command_of_touch in (loop, view, dataset, record, envs, preview, hands):
+    app.command(rich_help_panel="Touch")(_command_of_touch)
 app.add_typer(grasp_app, name="grasp", rich_help_panel=_MEASURE)
 app.command(rich_help_panel=_MEASURE)(evaluate)
 app.command(rich_help_panel=_MEASURE)(reproduce)

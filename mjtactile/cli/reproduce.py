@@ -45,8 +45,7 @@ def reproduce(
         settings = replace(settings, fidelity=fidelity)
     Workers(count=workers)
     check_apart({"--json": json_file, "--page": page})
-    if json_file is not None:
-        check_writable(json_file)
+    check_writable(json_file)
     write = table_on_page(page, "study")
     found = run_study(settings, workers=workers, fresh=fresh)
     report = study_report(found)

@@ -17,7 +17,7 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.errors import DatasetError, shortened
-from mjtactile.transducer.array import Element, Transducer
+from mjtactile.transducer.array import Transducer
 from mjtactile.transducer.capacitive import CapacitiveCell
 from mjtactile.transducer.imperfections import Imperfections
 from mjtactile.transducer.piezoresistive import PiezoresistiveElement
@@ -33,7 +33,7 @@ def reported(values: dict[str, Any], readings: Array, rng: np.random.Generator) 
         rng: generator from which the array's gains, offsets and noise are drawn.
 
     Raises:
-        DatasetError: as `transducer_of`.
+        DatasetError: as `transducer_for`.
         TransducerError: a value is outside its range.
     """
     return transducer_for(values, readings.shape, seed=int(rng.integers(2**31)))(readings)
@@ -48,22 +48,8 @@ def transducer_for(values: dict[str, Any], shape: tuple[int, ...], seed: int) ->
         seed: seed of the array's gains, offsets and noise.
 
     Raises:
-        DatasetError: as `transducer_of`.
-        TransducerError: a value is outside its range, or crosstalk is given for free taxels.
-    """
-    imperfections, element = transducer_of(values)
-    return Transducer(element, imperfections, shape=shape, seed=seed)
-
-
-def transducer_of(values: dict[str, Any]) -> tuple[Imperfections, Element]:
-    """The imperfections and the element that a table describes.
-
-    Args:
-        values: table [transducer] of the specification.
-
-    Raises:
         DatasetError: the table names no transducer, has an unknown entry, or has a delay or hysteresis.
-        TransducerError: a value is outside its range.
+        TransducerError: a value is outside its range, or crosstalk is given for free taxels.
     """
     if not isinstance(values, dict):
         raise DatasetError(f"transducer = {values!r}; expected a table [transducer] with a name.")
@@ -84,8 +70,8 @@ def transducer_of(values: dict[str, Any]) -> tuple[Imperfections, Element]:
                 f"[transducer] imperfections: {name} = {value} acts from one sample to the next, but every press of a "
                 "dataset is a single sample of a new array. Leave it out."
             )
-    if values.get("name") == "capacitive":
-        return imperfections, CapacitiveCell.with_range(full_scale)
-    if values.get("name") == "piezoresistive":
-        return imperfections, PiezoresistiveElement.with_range(full_scale)
-    raise DatasetError(f"[transducer] name = {values.get('name')!r}; expected 'capacitive' or 'piezoresistive'.")
+    name = values.get("name")
+    if name not in ("capacitive", "piezoresistive"):
+        raise DatasetError(f"[transducer] name = {name!r}; expected 'capacitive' or 'piezoresistive'.")
+    kind = CapacitiveCell if name == "capacitive" else PiezoresistiveElement
+    return Transducer(kind.with_range(full_scale), imperfections, shape=shape, seed=seed)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.sparse as sparse
 
-from mjtactile._types import Array
+from mjtactile._types import Array, Indices
 
 if TYPE_CHECKING:
     from skfem import Basis, BilinearForm
@@ -49,7 +49,7 @@ class Line:
         nodes[1::2] = (self.vertices[:-1] + self.vertices[1:]) / 2
         return nodes
 
-    def locate(self, positions: Array) -> tuple[npt_int, Array]:
+    def locate(self, positions: Array) -> tuple[Indices, Array]:
         """Element index and local coordinate in [-1, 1] of each position; ends belong to the inner element."""
         element = np.searchsorted(self.vertices, positions, side="right") - 1
         element = np.clip(element, 0, self.element_count - 1)
@@ -64,7 +64,7 @@ class Line:
         return Basis(MeshLine(self.vertices), ElementLineP2(), intorder=4)
 
     @cached_property
-    def _node_order(self) -> npt_int:
+    def _node_order(self) -> Indices:
         return np.argsort(self._basis.doflocs[0])
 
     def _assemble(self, form: BilinearForm, weight: Array | None) -> sparse.csr_array:
@@ -109,9 +109,6 @@ class Line:
         slopes = _form(lambda u, v, w: w["weight"] * u.grad[0] * v).assemble(self._basis, pressure, weight=weight)
         order_of = self._node_order
         return tuple(sparse.csr_array(combine @ sparse.csr_array(m))[:, order_of] for m in (values, slopes))  # type: ignore[return-value]
-
-
-npt_int = np.ndarray[Any, np.dtype[np.intp]]
 
 
 def _form(integrand: Any) -> BilinearForm:

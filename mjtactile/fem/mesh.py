@@ -116,13 +116,12 @@ def _graded_sizes(count: int, grading: float) -> Array:
     return sizes / sizes.sum()
 
 
-def warn_if_coarser(pad: Pad, density: MeshDensity, stacklevel: int = 2) -> None:
+def warn_if_coarser(pad: Pad, density: MeshDensity) -> None:
     """Warn if a density's `most_elements` makes the mesh of a pad coarser than its sizes ask for.
 
     Args:
         pad: the pad to be meshed.
         density: of the mesh.
-        stacklevel: as in `warnings.warn`; 1 is the caller of this function.
 
     Warns:
         MeshWarning: the mesh is coarser.
@@ -135,7 +134,7 @@ def warn_if_coarser(pad: Pad, density: MeshDensity, stacklevel: int = 2) -> None
         f"accuracy is known for {2 * wanted[0]} x {2 * wanted[1]}. Stress that varies over shorter lengths is "
         "smoothed. Raise MeshDensity.most_elements for a finer mesh, which takes longer to build.",
         MeshWarning,
-        stacklevel=stacklevel + 1,
+        stacklevel=3,
     )
 
 

@@ -8,9 +8,8 @@ from __future__ import annotations
 import numpy as np
 import shapely
 import trimesh
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from shapely import MultiPolygon, Polygon
+from trimesh.graph import connected_component_labels
 
 from mjtactile._types import Array, Indices, Mask
 from mjtactile.errors import IndenterError, shortened
@@ -141,7 +140,7 @@ def _section(solid: trimesh.Trimesh, offset: Array, above: Mask) -> Polygon | Mu
     low, high = tails.T
     fraction = offset[low] / (offset[low] - offset[high])
     corners = solid.vertices[low, :2] + fraction[:, None] * (solid.vertices[high, :2] - solid.vertices[low, :2])
-    body = _bodies(solid)[low]
+    body = connected_component_labels(solid.edges_unique, node_count=len(solid.vertices))[low]
     outlines: dict[int, Polygon | MultiPolygon] = {}  # by body
     for loop in _loops(tails, heads):
         if len(loop) < 3:
@@ -183,11 +182,3 @@ def _loops(tails: Indices, heads: Indices) -> list[list[int]]:
         seen.update(loop)
         loops.append(loop)
     return loops
-
-
-def _bodies(solid: trimesh.Trimesh) -> Indices:
-    """Index of the connected component of each vertex, shape (n,)."""
-    count = len(solid.vertices)
-    a, b = np.asarray(solid.edges_unique).T
-    _, body = connected_components(coo_array((np.ones(len(a), bool), (a, b)), shape=(count, count)), directed=False)
-    return body

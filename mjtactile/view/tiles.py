@@ -34,7 +34,7 @@ class Tiles:
         depths = tuple(pad.depth_said(layer) for layer in range(len(pad.layers_drawn)))
         half_size = np.array(pad.size) / 2
         if isinstance(pad.taxels, FreeTaxels):
-            return cls(-half_size, half_size, depths, _discs(pad, pad.taxels))
+            return cls(-half_size, half_size, depths, _discs(pad))
         low, high = pad.taxels.corners
         return cls(low, high, depths, np.arange(np.prod(pad.reading_shape)).reshape(pad.reading_shape))
 
@@ -43,7 +43,7 @@ class Tiles:
         return np.append(readings.ravel(), np.float32(np.nan))[self.taxel]
 
 
-def _discs(pad: Pad, taxels: FreeTaxels) -> Indices:
+def _discs(pad: Pad) -> Indices:
     from scipy.spatial import KDTree
 
     size = np.array(pad.size)

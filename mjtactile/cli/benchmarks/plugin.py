@@ -28,7 +28,7 @@ from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import MjTactileError
 from mjtactile.experiments.markdown import markdown_table
-from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity
+from mjtactile.fidelity import DEFAULT, as_fidelity
 from mjtactile.geometry.indenter import convex_pieces, indenter_outline
 from mjtactile.geometry.outlines import punch_outline
 from mjtactile.influence.cache import influence_matrices
@@ -322,13 +322,8 @@ def plugin_benchmark(*, quick: bool = False) -> dict[str, Any]:
 
 def _save_table(path: str) -> None:
     """Save tables of preset "balanced" whose elastic law has `_CELLS` cells."""
-    chosen = as_fidelity("balanced")
-    law = Fidelity(**{**_fields(chosen), "law": "elastic", "cells": _CELLS})
-    influence_matrices(fidelity=law).save(path)
-
-
-def _fields(chosen: Fidelity) -> dict[str, Any]:
-    return {name: getattr(chosen, name) for name in chosen.__dataclass_fields__}
+    chosen = replace(as_fidelity("balanced"), law="elastic", cells=_CELLS)
+    influence_matrices(fidelity=chosen).save(path)
 
 
 def _cases(presets: tuple[str, ...], table: str) -> Iterator[tuple[str, PluginScene, PluginScene]]:

@@ -9,14 +9,11 @@ import mujoco
 import numpy as np
 
 from mjtactile.experiments.grasp.control import GripLaw, Ride, close, hold, let_go, lower, raise_object, rub
-from mjtactile.experiments.grasp.judge import CRUSHING, Judge
-from mjtactile.experiments.grasp.lift import OFFSETS, LiftTask, lift_task
-from mjtactile.experiments.grasp.robot import Robot
-from mjtactile.experiments.grasp.scene import GraspObject, grasp_spec
+from mjtactile.experiments.grasp.judge import CRUSHING
+from mjtactile.experiments.grasp.lift import LiftTask, lift_task
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
 from mjtactile.experiments.grasp.touch import TouchSense, TrueTouch, grasp_recogniser, make_touch
 from mjtactile.experiments.grasp.trials import Experiment, Result, TrialSettings
-from mjtactile.experiments.hands.fingertip import FingertipPads
 
 #: Range of the distance from the held object down to the shelf [m].
 DEPTHS = (5e-3, 35e-3)
@@ -56,7 +53,7 @@ def hand_over(task: HandoverTask, touch: TouchSense, *, fidelity: str, blind: bo
         the height from which the object was dropped [m], both None if it was not gripped. If it was, also "stands",
         whether it stands on the shelf; "tilt" [deg]; and "peak", the largest force on a pad [N].
     """
-    robot, judge = _world(task.lift, touch, fidelity)
+    robot, judge = task.lift.robot(touch, fidelity, furnish=_add_shelf, support="shelf")
     result = {**asdict(task.lift), "depth": task.depth, "success": False, "force": None, "drop": None}
     if not close(robot):
         return result
@@ -89,16 +86,10 @@ def hand_over(task: HandoverTask, touch: TouchSense, *, fidelity: str, blind: bo
     }
 
 
-def _world(task: LiftTask, touch: TouchSense, fidelity: str) -> tuple[Robot, Judge]:
-    """The robot with the object on the table and a shelf out of its way, and the judge."""
-    grasped = GraspObject(size=task.size, mass=task.mass, friction=task.friction)
-    pads = FingertipPads(fidelity=fidelity)
-    spec = grasp_spec(grasped, wrist="xz", pose=task.pose, grasp_height=task.grasp_height, pads=pads)
+def _add_shelf(spec: mujoco.MjSpec) -> None:
+    """Add a shelf, out of the robot's way."""
     shelf = spec.worldbody.add_body(name="shelf", mocap=True, pos=[0.0, 0.25, 0.02])
     shelf.add_geom(name="shelf", type=mujoco.mjtGeom.mjGEOM_BOX, size=list(_SHELF), rgba=[0.5, 0.6, 0.7, 1.0], condim=4)
-    model = spec.compile()
-    judge = Judge(model, support="shelf")
-    return Robot(model, touch, opening=task.size[0] + 2.0 * OFFSETS[0] + 4e-3, watch=judge), judge
 
 
 def trial(settings: TrialSettings, condition: str, number: int) -> Result:

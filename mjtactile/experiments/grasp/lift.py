@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+import mujoco
 import numpy as np
 
 from mjtactile._installed import require
@@ -56,18 +58,28 @@ class LiftTask:
         """Least grip of each finger that holds the object [N]."""
         return self.mass * 9.81 / 2.0 / self.friction
 
-    def robot(self, touch: TouchSense, fidelity: str) -> tuple[Robot, Judge]:
+    def robot(
+        self,
+        touch: TouchSense,
+        fidelity: str,
+        *,
+        furnish: Callable[[mujoco.MjSpec], Any] = lambda _: None,
+        support: str = "table",
+    ) -> tuple[Robot, Judge]:
         """The robot in its scene, and the judge.
 
         Args:
             touch: the controller's sense of touch.
             fidelity: fidelity of the readings.
+            furnish: adds things to the scene.
+            support: name of the geom on which the object is to stand.
         """
         grasped = GraspObject(size=self.size, mass=self.mass, friction=self.friction)
         pads = FingertipPads(fidelity=fidelity)
         spec = grasp_spec(grasped, wrist="xz", pose=self.pose, grasp_height=self.grasp_height, pads=pads)
+        furnish(spec)
         model = spec.compile()
-        judge = Judge(model)
+        judge = Judge(model, support=support)
         opening = self.size[0] + 2.0 * OFFSETS[0] + 4e-3
         return Robot(model, touch, opening=opening, watch=judge), judge
 

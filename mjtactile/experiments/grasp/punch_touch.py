@@ -10,8 +10,7 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.experiments.grasp.known import PadLoads
-from mjtactile.experiments.grasp.touch import CONTACT_THRESHOLD, read_pads
-from mjtactile.experiments.hands.gripper import GRIPPER_PADS
+from mjtactile.experiments.grasp.touch import CONTACT_THRESHOLD, no_loads, read_pads
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.pad import Pad
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser, load
@@ -35,8 +34,7 @@ class PunchTouch:
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
         """The recognised loads; the pads must have been read in this step."""
         readings = read_pads(data, self._noise, self._drawn)
-        pads = len(GRIPPER_PADS)
-        felt = PadLoads(np.zeros(pads), np.zeros((pads, 2)), np.zeros((pads, 2)), np.zeros(pads), readings)
+        felt = no_loads(readings)
         touched = readings.mean(axis=(1, 2, 3)) > CONTACT_THRESHOLD
         if touched.any():
             found = self._force(readings[touched])

@@ -165,10 +165,10 @@ def report(results: dict[str, list[Result]]) -> Report:
     rows = []
     for condition, trials in results.items():
         slips, quiet = ([one[kind] for one in trials] for kind in ("slip", "quiet"))
-        kinds = sorted({one["kind"] for one in slips})
-        rows += [_row(condition, kind, [one for one in slips if one["kind"] == kind]) for kind in kinds]
-        rows.append(_row(condition, "all slips", slips))
-        rows.append(_quiet_row(condition, quiet))
+        kinds = {kind: [one for one in slips if one["kind"] == kind] for kind in sorted({one["kind"] for one in slips})}
+        for kind, ones in (kinds | {"all slips": slips}).items():
+            rows.append(_row(condition, kind, share([caught(one) for one in ones]).percent, ones))
+        rows.append(_row(condition, "no slip", "-", quiet))
     felt = results["recognised"]
     rate = share([caught(one["slip"]) for one in felt])
     alarms = share([one["quiet"].get("alarm") is not None for one in felt])
@@ -185,25 +185,13 @@ def report(results: dict[str, list[Result]]) -> Report:
     )
 
 
-def _row(condition: str, kind: str, slips: list[dict[str, Any]]) -> tuple[str, ...]:
-    held = [1e3 * one["slid"] for one in slips if one["held"]]
+def _row(condition: str, kind: str, stopped: str, trials: list[dict[str, Any]]) -> tuple[str, ...]:
+    held = [1e3 * one["slid"] for one in trials if one["held"]]
     return (
         condition,
         kind,
-        share([caught(one) for one in slips]).percent,
-        share([one.get("alarm") is not None for one in slips]).percent,
-        median(held).text(" mm", digits=2),
-        f"{np.quantile(held, 0.95):.2f} mm" if held else "-",
-    )
-
-
-def _quiet_row(condition: str, quiet: list[dict[str, Any]]) -> tuple[str, ...]:
-    held = [1e3 * one["slid"] for one in quiet if one["held"]]
-    return (
-        condition,
-        "no slip",
-        "-",
-        share([one.get("alarm") is not None for one in quiet]).percent,
+        stopped,
+        share([one.get("alarm") is not None for one in trials]).percent,
         median(held).text(" mm", digits=2),
         f"{np.quantile(held, 0.95):.2f} mm" if held else "-",
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -85,7 +85,6 @@ class Report:
     rows: list[tuple[str, ...]]  #: cells of the table's rows
     bounds: list[Bound]  #: bounds that were to be reached
     figures: dict[str, Any]  #: plain numbers by name
-    notes: list[str] = field(default_factory=list)  #: sentences below the tables
 
     def markdown(self) -> str:
         """Title, table and bounds as Markdown."""
@@ -93,4 +92,4 @@ class Report:
         bounds = [(one.what, one.bound, one.found, met[one.met]) for one in self.bounds]
         parts = [self.title, markdown_table(self.head, self.rows)]
         parts += [markdown_table(("bound", "", "reached", "met"), bounds)] if bounds else []
-        return "\n\n".join([*parts, *self.notes])
+        return "\n\n".join(parts)

@@ -73,7 +73,7 @@ class RecognisedTouch:
         """The recognised loads; the pads must have been read in this step."""
         readings = read_pads(data, self._noise, self._drawn)
         touched = readings.mean(axis=(1, 2, 3)) > CONTACT_THRESHOLD
-        felt = _nothing(readings)
+        felt = no_loads(readings)
         if touched.any():
             found = self._recogniser(readings[touched])
             felt.pressing[touched], felt.tangential[touched] = found.pressing, found.force[:, :2]
@@ -90,7 +90,7 @@ class TrueTouch:
         """The true loads on the pads."""
         wrenches = np.array([contact_wrenches(model, data, model.geom(f"{one}_pad").id).total for one in GRIPPER_PADS])
         touched = wrenches[:, 2] < -LEAST_FORCE
-        felt = _nothing(None)
+        felt = no_loads(None)
         if touched.any():
             targets = grasp_targets(wrenches[touched])
             felt.pressing[touched], felt.tangential[touched] = -wrenches[touched, 2], wrenches[touched, :2]
@@ -106,7 +106,7 @@ class NoTouch:
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
         """Zero loads, as without contact."""
-        return _nothing(None)
+        return no_loads(None)
 
 
 def make_touch(kind: str, *, noise: float, seed: tuple[int, ...], weights: str | None = None) -> TouchSense:
@@ -139,6 +139,7 @@ def grasp_recogniser(weights: str | None) -> GraspRecogniser:
     return load("grasp", pad=Pad(), folder=None if weights is None else Path(weights))
 
 
-def _nothing(readings: Array | None) -> PadLoads:
+def no_loads(readings: Array | None) -> PadLoads:
+    """Zero loads, to be filled in where there is contact, and the readings that they belong to."""
     pads = len(GRIPPER_PADS)
     return PadLoads(np.zeros(pads), np.zeros((pads, 2)), np.zeros((pads, 2)), np.zeros(pads), readings)

@@ -72,7 +72,7 @@ PAPER_SHAPES_RIGHT = {1: 4, 4: 7}
 PAPER_RATES = {"people": (100.0, 100.0, 100.0), "network": (96.8, 100.0, 98.2)}
 
 
-def shift_towards(direction: str, distance: float = SHIFT) -> tuple[float, float]:
-    """The shift (x, y) [m] of a distance towards one of `DIRECTIONS`."""
+def shift_towards(direction: str) -> tuple[float, float]:
+    """The shift (x, y) [m] by `SHIFT` towards one of `DIRECTIONS`."""
     turn = math.radians(45.0 * DIRECTIONS.index(direction))
-    return distance * math.cos(turn), distance * math.sin(turn)
+    return SHIFT * math.cos(turn), SHIFT * math.sin(turn)

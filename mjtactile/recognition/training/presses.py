@@ -70,15 +70,14 @@ def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[Princip
     return PrincipalComponents.fitted(_octants(dataset, layers)[0], parts, layers, shape), dataset.metadata
 
 
-def see_presses(folder: Path, view: PrincipalComponents, *, most: int | None = None) -> Presses:
+def see_presses(folder: Path, view: PrincipalComponents) -> Presses:
     """Read a dataset, mirror it into the octant and project it.
 
     Args:
         folder: folder of the dataset.
         view: the principal components.
-        most: stop reading when this number of presses is reached; by default read all.
     """
-    dataset = read_dataset(folder, most=most)
+    dataset = read_dataset(folder)
     octant, mirrors = _octants(dataset, view.layers)
     images, source, all_mirrors = [octant], [np.arange(len(octant))], [mirrors]
     for flip, near in _borders(octant):
