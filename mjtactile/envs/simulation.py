@@ -5,8 +5,6 @@ Tasks read and write these arrays only, so the same code gives identical results
 
 from __future__ import annotations
 
-from typing import Protocol
-
 import mujoco
 import numpy as np
 import numpy.typing as npt
@@ -21,46 +19,21 @@ Rows = npt.NDArray[np.int32]
 SENSORS_OFF = mujoco.mjtDisableBit.mjDSBL_SENSOR.value
 
 
-class Simulations(Protocol):
-    """Interface of n simulations for tasks.
+class SingleSimulation:
+    """One simulation, in an MjData of its own.
 
     Order of a reset: write model fields, `reset`, write the state, `forward`.
-    """
-
-    model: mujoco.MjModel  #: names and sizes; for values that differ between simulations use `field`
-    count: int  #: number of simulations, n
-    qpos: Array  #: joint positions, to read and write, shape (n, nq)
-    qvel: Array  #: joint velocities, to read and write, shape (n, nv)
-    act: Array  #: activations of actuators, to read and write, shape (n, na)
-    ctrl: Array  #: controls, to write, shape (n, nu)
-    sensordata: Array  #: sensor data of the last step or forward pass, shape (n, nsensordata)
-
-    def field(self, name: str) -> Array:
-        """A field of the simulations' models by its name, to read and write, shape (n, ...)."""
-        ...
-
-    def reset(self, rows: Rows) -> None:
-        """Reset some simulations to their model's initial state; call it after writing model fields."""
-        ...
-
-    def forward(self, rows: Rows) -> None:
-        """Run the forward pass of some simulations, including sensors."""
-        ...
-
-    def step(self, rows: Rows, count: int) -> None:
-        """Advance some simulations by `count` MuJoCo steps; sensor data is that of the last step."""
-        ...
-
-    def state(self, row: int) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """Model and data of one simulation for rendering; the same objects each time, updated."""
-        ...
-
-
-class SingleSimulation:
-    """One simulation, in an MjData of its own, with the interface `Simulations`.
 
     Args:
         model: its model.
+
+    Attributes:
+        model: names and sizes; for values that differ between simulations use `field`.
+        count: number of simulations, n.
+        qpos, qvel, act: joint positions, joint velocities and activations of actuators, to read and write, shapes
+            (n, nq), (n, nv) and (n, na).
+        ctrl: controls, to write, shape (n, nu).
+        sensordata: sensor data of the last step or forward pass, shape (n, nsensordata).
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
@@ -100,7 +73,7 @@ class SingleSimulation:
 
 
 class BatchSimulations:
-    """Many simulations that advance together, on threads, with the interface `Simulations`.
+    """Many simulations that advance together, on threads; attributes and methods are those of `SingleSimulation`.
 
     Args:
         model: model of all simulations.
@@ -153,3 +126,7 @@ class BatchSimulations:
         self._drawn[row] = model, data
         mujoco.mj_forward(model, data)
         return model, data
+
+
+#: The simulations of a task.
+Simulations = SingleSimulation | BatchSimulations
