@@ -84,10 +84,7 @@ def loop(
         if film is not None:
             watchers.append(film)
         result = run_loop(
-            settings,
-            folder=weights,
-            transducer=_transducer(seed) if transducer else None,
-            watch=_all_of(watchers),
+            settings, folder=weights, transducer=_transducer(seed) if transducer else None, watch=_all_of(watchers)
         )
         if record:
             _save_figure(result, figure)

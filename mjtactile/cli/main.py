@@ -260,6 +260,5 @@ def _print_press(report: Any) -> None:
         table.add_row(peak.layer.removesuffix(" mm"), f"{peak.reading * 1e-3:.4g}", f"{x * 1e3:.4g}, {y * 1e3:.4g}")
     console.print(table)
     console.print(
-        f"time per update ({report.readings.size} readings): {report.update_time * 1e3:.2f} ms",
-        highlight=False,
+        f"time per update ({report.readings.size} readings): {report.update_time * 1e3:.2f} ms", highlight=False
     )

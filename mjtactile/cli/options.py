@@ -69,8 +69,7 @@ FidelityOption = Annotated[
     ),
 ]
 PadOption = Annotated[
-    Path | None,
-    typer.Option("--pad", help="TOML file of the pad; see docs/curved.md.  [default: the paper's pad]"),
+    Path | None, typer.Option("--pad", help="TOML file of the pad; see docs/curved.md.  [default: the paper's pad]")
 ]
 WorkersOption = Annotated[int, typer.Option(min=1, help="Processes, one core each; the results do not depend on it.")]
 RayOption = Annotated[bool, typer.Option("--ray", help="Distribute the work with Ray; a lost worker costs only time.")]

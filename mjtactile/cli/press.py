@@ -219,11 +219,7 @@ def _scene(problem: PressProblem) -> mujoco.MjModel:
     indenter = named_indenter(problem.shape, problem.scale)
     try:
         return press_scene(
-            indenter,
-            shift=problem.shift,
-            rotate_deg=problem.rotate_deg,
-            pad=problem.pad,
-            tilt_free=problem.tilt_free,
+            indenter, shift=problem.shift, rotate_deg=problem.rotate_deg, pad=problem.pad, tilt_free=problem.tilt_free
         )
     except MjTactileError:
         raise

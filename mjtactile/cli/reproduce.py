@@ -17,8 +17,7 @@ def reproduce(
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Train briefly and without variants, as a test.")] = False,
     iterations: Annotated[
-        int | None,
-        typer.Option(min=1, max=10**9, help="Most iterations of the magnitude networks.  [default: 100000]"),
+        int | None, typer.Option(min=1, max=10**9, help="Most iterations of the magnitude networks.  [default: 100000]")
     ] = None,
     fidelity: Annotated[str | None, typer.Option(help="Fidelity of the readings.  [default: precise]")] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,

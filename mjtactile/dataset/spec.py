@@ -199,12 +199,7 @@ def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
         backend=backend,
         presets=_names(values, "fidelity", DEFAULT, tuple(PRESETS)),
         laws=_names(values, "law", "elastic", LAWS),
-        tangential=_names(
-            values,
-            "tangential",
-            "proportional",
-            WITHOUT_FRICTION,
-        ),
+        tangential=_names(values, "tangential", "proportional", WITHOUT_FRICTION),
         free=_as_float(values.get("free", 0.0)),
         poses=_count(values, "poses", 6),
         forces=_count(values, "forces", 4),
@@ -229,9 +224,7 @@ def spec_from(description: dict[str, Any]) -> DatasetSpec:
 
 def _contact(entry: dict[str, Any]) -> ContactSpec:
     _refuse_unknown(
-        "[[contact]]",
-        entry,
-        {"shapes", "weight", "size", "shift", "rotation", "force", "tilt", "azimuth", "upright"},
+        "[[contact]]", entry, {"shapes", "weight", "size", "shift", "rotation", "force", "tilt", "azimuth", "upright"}
     )
     shapes = entry.get("shapes", [])
     if not (isinstance(shapes, list) and shapes and all(isinstance(shape, str) for shape in shapes)):

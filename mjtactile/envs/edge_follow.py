@@ -102,12 +102,7 @@ class EdgeFollow(FingerTask):
             raise EnvError(f"reset options plate={shortened(name)}, {options}; expected only plate, one of {names}.")
         draws = np.array(
             [
-                [
-                    one.integers(len(names)),
-                    one.random(),
-                    one.uniform(-OFFSET, OFFSET),
-                    one.uniform(-HEADING, HEADING),
-                ]
+                [one.integers(len(names)), one.random(), one.uniform(-OFFSET, OFFSET), one.uniform(-HEADING, HEADING)]
                 for one in drawn
             ]
         )

@@ -17,13 +17,7 @@ from mjtactile.fem.mesh import warn_if_coarser
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_summary
 from mjtactile.influence.matrices import InfluenceMatrices, read_influence
 from mjtactile.influence.provenance import check_provenance, influence_fingerprint
-from mjtactile.influence.storage import (
-    ClassStorage,
-    in_storage,
-    narrowing_steps,
-    plain_fidelity,
-    reduced_and_narrowed,
-)
+from mjtactile.influence.storage import ClassStorage, in_storage, narrowing_steps, plain_fidelity, reduced_and_narrowed
 from mjtactile.influence.table import read_metadata
 from mjtactile.pad import Pad, require_pad
 
@@ -65,11 +59,7 @@ def stored_path(pad: Pad, fidelity: str | Fidelity = DEFAULT) -> Path | None:
 
 
 def influence_matrices(
-    pad: Pad | None = None,
-    fidelity: str | Fidelity = DEFAULT,
-    *,
-    progress: bool = True,
-    cache: bool = True,
+    pad: Pad | None = None, fidelity: str | Fidelity = DEFAULT, *, progress: bool = True, cache: bool = True
 ) -> InfluenceMatrices:
     """Influence matrices of a pad: read from the cache or the package if they exist, otherwise built and cached.
 

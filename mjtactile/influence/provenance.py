@@ -27,10 +27,7 @@ def influence_metadata(pad: Pad, fidelity: Fidelity) -> dict[str, Any]:
 
 
 def check_provenance(
-    path: str | Path,
-    metadata: dict[str, Any],
-    pad: Pad | None,
-    fidelity: str | Fidelity | None,
+    path: str | Path, metadata: dict[str, Any], pad: Pad | None, fidelity: str | Fidelity | None
 ) -> tuple[Pad, Fidelity]:
     """The pad and the fidelity of a table, by default those that its metadata name; see `matrices.load_influence`.
 

@@ -49,11 +49,7 @@ def plugin_config(model: mujoco.MjModel, instance: int, attribute: str) -> str:
 
 
 def element_id(
-    model: mujoco.MjModel,
-    kind: mujoco.mjtObj,
-    name: str,
-    argument: str,
-    error: type[MjTactileError] = SceneError,
+    model: mujoco.MjModel, kind: mujoco.mjtObj, name: str, argument: str, error: type[MjTactileError] = SceneError
 ) -> int:
     """Id of an element of a compiled model by its name; -1 if there is none.
 

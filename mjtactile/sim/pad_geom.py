@@ -117,12 +117,7 @@ PIECE = "_piece_"
 
 
 def add_pad_geom(
-    spec: mujoco.MjSpec,
-    body: mujoco.MjsBody,
-    name: str,
-    pad: Pad,
-    place: tuple[Array, Array],
-    contact: str,
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, pad: Pad, place: tuple[Array, Array], contact: str
 ) -> mujoco.MjsGeom:
     """Add a pad's geom `<name>_pad` and site `<name>_surface` to a body; the model's defaults do not affect them.
 

@@ -18,12 +18,7 @@ import numpy.typing as npt
 
 from mjtactile._types import Array
 from mjtactile.errors import TransducerError
-from mjtactile.transducer.checks import (
-    require_positive,
-    require_signal,
-    require_stress,
-    require_vectors,
-)
+from mjtactile.transducer.checks import require_positive, require_signal, require_stress, require_vectors
 from mjtactile.units import GRAM_FORCE
 
 #: Components of `InfluenceMatrices.stress` that act on a horizontal face: zx, yz, zz.

@@ -108,9 +108,5 @@ def _shown_pad(data: mujoco.MjData, sensor: TactileSensor) -> ShownPad:
     mujoco.mju_mat2Quat(quat, np.ascontiguousarray(frame.rotation).ravel())
     load = sensor.load(data)
     return ShownPad(
-        sensor.read(data).astype(np.float32),
-        sensor.wrench(data),
-        np.array(frame.position),
-        quat,
-        pressed_outline(load),
+        sensor.read(data).astype(np.float32), sensor.wrench(data), np.array(frame.position), quat, pressed_outline(load)
     )

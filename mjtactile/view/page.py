@@ -45,11 +45,7 @@ class Page:
     """
 
     def __init__(
-        self,
-        server: viser.ViserServer,
-        model: mujoco.MjModel,
-        pads: Mapping[str, TactileSensor],
-        controls: Controls,
+        self, server: viser.ViserServer, model: mujoco.MjModel, pads: Mapping[str, TactileSensor], controls: Controls
     ) -> None:
         self._server, self._controls, self._pads = server, controls, pads
         server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)

@@ -142,10 +142,7 @@ def trial(settings: TrialSettings, condition: str, number: int) -> Result:
     # A blind hand grips like one with true forces, so that the conditions differ in their reaction alone.
     blind = condition == "blind"
     touch = make_touch(
-        "true" if blind else condition,
-        noise=settings.noise,
-        seed=(settings.seed, number, 3),
-        weights=settings.weights,
+        "true" if blind else condition, noise=settings.noise, seed=(settings.seed, number, 3), weights=settings.weights
     )
     held = HeldObject(task.lift, touch, fidelity=settings.fidelity, reacts=not blind)
     return {**asdict(task.lift), "quiet": held.through(task.quiet), "slip": held.through(task.slip)}

@@ -132,11 +132,7 @@ def _error_and_gradient(
 
 
 def _keep_better(
-    best: list[torch.Tensor],
-    parameters: list[torch.Tensor],
-    least: torch.Tensor,
-    error: torch.Tensor,
-    tolerance: float,
+    best: list[torch.Tensor], parameters: list[torch.Tensor], least: torch.Tensor, error: torch.Tensor, tolerance: float
 ) -> torch.Tensor:
     """Copy the weights of networks with a new least error above the tolerance; return the least error of each."""
     better = (error < least) & (least.sqrt() > tolerance)

@@ -118,7 +118,4 @@ def _borders(octant: np.ndarray) -> list[tuple[Mirrors, np.ndarray]]:
     y = total.sum(axis=2) @ (np.arange(octant.shape[-1]) - middle) / weight
     below, across = np.flatnonzero(y < _BORDER), np.flatnonzero(x - y < _BORDER)
     none = [np.zeros(len(near), dtype=bool) for near in (below, across)]
-    return [
-        (Mirrors(none[0], ~none[0], none[0]), below),
-        (Mirrors(none[1], none[1], ~none[1]), across),
-    ]
+    return [(Mirrors(none[0], ~none[0], none[0]), below), (Mirrors(none[1], none[1], ~none[1]), across)]
