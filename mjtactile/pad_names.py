@@ -221,14 +221,9 @@ def named_pad(name: str) -> Pad | None:
     """
     if name in _pads:
         return _pads[name]
-    if Path(name).suffix.lower() == ".toml" and not is_pad_text(name):
+    if is_pad_text(name) or Path(name).suffix.lower() == ".toml":
         try:
-            return pad_from_file(name)
-        except PadError as error:
-            raise SceneError(f'{PLUGIN}: attribute "pad": {error}') from error
-    if is_pad_text(name):
-        try:
-            return pad_from_text(name)
+            return pad_from_text(name) if is_pad_text(name) else pad_from_file(name)
         except PadError as error:
             raise SceneError(f'{PLUGIN}: attribute "pad": {error}') from error
     if not names_file(name):

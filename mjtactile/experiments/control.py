@@ -76,9 +76,6 @@ class ShapeBelief:
         least: least number of recognitions.
         most: number of recognitions after which the belief is settled in any case.
 
-    Attributes:
-        looks: number of recognitions so far.
-
     Raises:
         ControlError: an argument is out of range.
     """
@@ -89,7 +86,7 @@ class ShapeBelief:
                 f"enough = {enough}, least = {least}, most = {most}; expected 0 < enough <= 1, and 1 <= least <= most."
             )
         self.enough, self.least, self.most = enough, least, most
-        self.looks = 0
+        self.looks = 0  #: number of recognitions so far
         self._sum: Array | None = None
         self._shapes: tuple[str, ...] = ()
 

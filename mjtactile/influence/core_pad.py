@@ -30,9 +30,6 @@ class CorePad:
 
     Args:
         influence: of the pad.
-
-    Attributes:
-        handle: pointer to the core's object, an argument of the core's functions.
     """
 
     def __init__(self, influence: PadTables) -> None:
@@ -46,7 +43,7 @@ class CorePad:
             *(ctypes.c_int(mirrored) for mirrored in (mirrors.x, mirrors.y)),
             pointer(signs),
         )
-        self.handle = ctypes.c_void_p(handle)
+        self.handle = ctypes.c_void_p(handle)  #: pointer to the core's object, an argument of the core's functions
         if not grid.outer.is_flat:
             half_size = float(grid.x.vertices[-1]), float(grid.y.vertices[-1])
             library().mjt_pad_set_outer(self.handle, core_surface(grid.outer, half_size).handle)

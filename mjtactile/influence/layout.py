@@ -163,14 +163,10 @@ def _check_matrix(layout: _Layout, name: str, shape: tuple[int, int], fidelity: 
 
 
 class _Layout:
-    """Tables that are checked one by one.
-
-    Attributes:
-        tables: all of them.
-    """
+    """Tables that are checked one by one."""
 
     def __init__(self, tables: Tables) -> None:
-        self.tables = tables
+        self.tables = tables  #: all of them
         self._left = set(tables)
 
     def take(self, name: str, dtypes: tuple[type[np.generic], ...], shape: _Shape) -> npt.NDArray[Any]:

@@ -32,18 +32,15 @@ class ClassStorage:
         chosen: the fidelity.
         sampling: tables of all sample points, see `taxel_quadrature.sampling_tables`.
 
-    Attributes:
-        fidelity: of the result: the chosen one without reduction, in the precision of the whole matrices.
-        sampling: tables of the remaining sample points.
-
     Raises:
         PresetError: loads="corners" on a mesh with an odd number of elements along an axis.
     """
 
     def __init__(self, pad: Pad, chosen: Fidelity, sampling: Tables) -> None:
         plain = plain_fidelity(chosen)
+        #: Of the result: the chosen one without reduction, in the precision of the whole matrices.
         self.fidelity = replace(plain, averaging=chosen.averaging, loads=chosen.loads)
-        self.sampling = dict(sampling)
+        self.sampling = dict(sampling)  #: tables of the remaining sample points
         self._classes = MirrorPlanes(*pad.surface.mirrors).classes
         self._means: dict[int, LayerMeans] = {}  # by sensing layer; none where the sample points stay
         self._corners = None

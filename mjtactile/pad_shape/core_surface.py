@@ -22,9 +22,6 @@ class CoreSurface:
     Args:
         outer: the surface.
         half_size: half the pad's projected width along (x, y) [m].
-
-    Attributes:
-        handle: argument of the core's functions.
     """
 
     def __init__(self, outer: Surface, half_size: tuple[float, float]) -> None:
@@ -40,7 +37,7 @@ class CoreSurface:
             handle = library().mjt_outer_patch(
                 pointer(sheet), *(ctypes.c_size_t(len(line)) for line in lines), pointer(jets)
             )
-        self.handle = ctypes.c_void_p(handle)
+        self.handle = ctypes.c_void_p(handle)  #: argument of the core's functions
         weakref.finalize(self, library().mjt_outer_free, self.handle)
 
     def centre_of_pressure(self, wrench: Array) -> Array | None:

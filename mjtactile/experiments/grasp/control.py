@@ -223,14 +223,11 @@ class SlipReflex:
         grip: present command [N]; it does not change unless the object slips.
         period: time between ticks [s].
         settings: parameters; the default ones if None.
-
-    Attributes:
-        alarmed: whether there was an alarm.
-        law: the grip law, with the latest estimate of friction.
     """
 
     def __init__(self, law: GripLaw, grip: float, period: float, settings: ReflexSettings | None = None) -> None:
-        self.law, self.grip, self.alarmed = law, grip, False
+        self.law, self.grip = law, grip  #: the grip law, with the latest estimate of friction, and the command [N]
+        self.alarmed = False  #: whether there was an alarm
         self._period, self._settings = period, settings or ReflexSettings()
         self._usual: float | None = None
         self._before = grip

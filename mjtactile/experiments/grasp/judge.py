@@ -19,23 +19,19 @@ class Judge:
     Args:
         model: model of the scene.
         support: name of the geom that the object stands on.
-
-    Attributes:
-        peak: largest force on a pad so far [N].
-        table: largest force of the support on the object since `begin` [N].
-        slid: largest displacement of the object along the pads since `begin` [m].
-        tilt: largest tilt of the object since `begin` [deg].
     """
 
     def __init__(self, model: mujoco.MjModel, *, support: str = "table") -> None:
-        self.peak = self.table = 0.0
+        self.peak = 0.0  #: largest force on a pad so far [N]
+        self.table = 0.0  #: largest force of the support on the object since `begin` [N]
+        self.slid = 0.0  #: largest displacement of the object along the pads since `begin` [m]
+        self.tilt = 0.0  #: largest tilt of the object since `begin` [deg]
         self._pads = [int(model.geom(f"{name}_pad").id) for name in GRIPPER_PADS]
         self._table = int(model.geom(support).id)
         self._watched = {*self._pads, self._table}
         self._object, self._grasp = model.body("object").id, model.site("grasp").id
         self._force = np.zeros(6)
         self._start: tuple[Array, Array] | None = None
-        self.slid = self.tilt = 0.0
 
     def __call__(self, robot: Robot) -> None:
         """Record the state after a step."""

@@ -25,12 +25,6 @@ class Robot:
         touch: the sense of touch.
         opening: initial opening of the gripper [m].
         watch: called after each MuJoCo step, for judges and disturbances.
-
-    Attributes:
-        grip: commanded force of each finger [N].
-        place: commanded displacement of the wrist by driven axis [m].
-        felt: loads on the pads at the last tick.
-        steps_per_tick: number of MuJoCo steps between ticks.
     """
 
     def __init__(
@@ -42,14 +36,15 @@ class Robot:
         watch: Callable[[Robot], None] = lambda robot: None,
     ) -> None:
         self.model, self.data = model, mujoco.MjData(model)
-        self.steps_per_tick = STEPS_PER_TICK
-        self.grip = 0.0
+        self.steps_per_tick = STEPS_PER_TICK  #: number of MuJoCo steps between ticks
+        self.grip = 0.0  #: commanded force of each finger [N]
+        #: Commanded displacement of the wrist by driven axis [m].
         self.place = {axis: 0.0 for axis in "xyz" if _has_actuator(model, f"wrist_{axis}")}
         self._touch, self._watch = touch, watch
         self._grip = model.actuator("grip").id
         self._wrist = {axis: model.actuator(f"wrist_{axis}").id for axis in self.place}
         open_gripper(model, self.data, opening)
-        self.felt = touch(model, self.data)
+        self.felt = touch(model, self.data)  #: loads on the pads at the last tick
 
     @property
     def period(self) -> float:

@@ -79,14 +79,6 @@ class Loop:
         transducer: transducers that report the readings; None for ideal readings.
         watch: function that is called with this loop after each tick, for example to draw a frame.
 
-    Attributes:
-        data: state of the simulation.
-        period: time between ticks [s].
-        targets: position target of each arm [m], (arms, 3).
-        log: record of all ticks.
-        readings: readings of the last tick [Pa], (layers, rows, columns).
-        felt: recognised contact of the last tick; None without contact.
-
     Raises:
         MjTactileError: the rate does not divide 1000 Hz.
     """
@@ -103,12 +95,14 @@ class Loop:
     ) -> None:
         every = steps_between(settings.rate)
         self.scene, self.sensor = scene, sensor
-        self.data = mujoco.MjData(scene.model)
-        self.period = every * TIMESTEP
+        self.data = mujoco.MjData(scene.model)  #: state of the simulation
+        self.period = every * TIMESTEP  #: time between ticks [s]
+        #: Position target of each arm [m], (arms, 3).
         self.targets = np.array([home(arm) for arm in range(len(scene.truth))])
-        self.log = Log()
+        self.log = Log()  #: record of all ticks
+        #: Readings of the last tick [Pa], (layers, rows, columns).
         self.readings = np.zeros(sensor.pad.reading_shape)
-        self.felt: Recognised | None = None
+        self.felt: Recognised | None = None  #: recognised contact of the last tick; None without contact
         self._homes = self.targets.copy()
         self._every = every
         self._force, self._shape = recognisers

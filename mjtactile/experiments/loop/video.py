@@ -34,9 +34,6 @@ class LoopVideo:
     Args:
         model: model of the scene.
 
-    Attributes:
-        frames: RGB images drawn so far, (height, width, 3) each.
-
     Raises:
         RenderError: there is no working OpenGL.
     """
@@ -45,7 +42,7 @@ class LoopVideo:
         self._renderer = Renderer(model, _WIDTH, _HEIGHT)
         self._next = 0.0
         self._peak = 1.0
-        self.frames: list[Picture] = []
+        self.frames: list[Picture] = []  #: RGB images drawn so far, (height, width, 3) each
 
     def __enter__(self) -> LoopVideo:
         return self
