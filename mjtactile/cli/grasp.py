@@ -77,7 +77,8 @@ def _add_command(experiment: str, told: str) -> None:
         settings = TrialSettings(seed=seed, trials=trials, noise=noise, fidelity=fidelity, weights=own)
         who = Workers(count=workers, ray=ray, ray_address=ray_address)
         check_workers(who)
-        _run(_experiment(experiment), settings, who, _Output(out=out, figure=figure, as_json=as_json, page=page))
+        run = getattr(import_module(f"mjtactile.experiments.grasp.{experiment}"), experiment.upper())
+        _run(run, settings, who, _Output(out=out, figure=figure, as_json=as_json, page=page))
 
     grasp_app.command(experiment, help=told)(command)
 
@@ -86,10 +87,6 @@ _add_command("lift", "Lift objects of unknown mass and friction with little more
 _add_command("slip", "Detect slip, and stop the object before it has slid 2 mm.")
 _add_command("handover", "Put objects down on shelves of unknown height, without dropping or pushing them.")
 _add_command("sort", "Sort blocks by the shape that the fingers recognise.")
-
-
-def _experiment(name: str) -> Experiment:
-    return getattr(import_module(f"mjtactile.experiments.grasp.{name}"), name.upper())
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -69,7 +69,7 @@ class SheetMesh:
         A line is kept whole if the outer surface is not symmetric along it.
         """
         lines = ((self.x, self.outer.mirrors[0]), (self.y, self.outer.mirrors[1]))
-        x, y = (_positive_half(line) if mirrored else line for line, mirrored in lines)
+        x, y = (Line(line.vertices[line.element_count // 2 :]) if mirrored else line for line, mirrored in lines)
         return SheetMesh(x, y, self.z, self.materials, self.outer)
 
 
@@ -206,7 +206,3 @@ def _wanted_depths(pad: Pad, density: MeshDensity) -> Array:
     more = max(1, round(math.log1p(below * (_GROWTH - 1) / (size * _GROWTH)) / math.log(_GROWTH)))
     growing = sensed + below * np.cumsum(_graded_sizes(more, _GROWTH ** (1 - more)))
     return np.concatenate([np.linspace(0.0, sensed, count + 1), growing])
-
-
-def _positive_half(line: Line) -> Line:
-    return Line(line.vertices[line.element_count // 2 :])

@@ -85,7 +85,8 @@ def _reduced_layer(
 ) -> list[tuple[npt.NDArray[Any], ...]]:
     """Factors of the matrix of each class for one sensing layer; a single factor for a matrix that stays whole."""
     weighted = [matrix * weights.astype(matrix.dtype) for matrix in matrices]
-    bases, strengths = _spanned(_responses(spanning, weighted))
+    decomposed = [np.linalg.svd(response, full_matrices=False) for response in _responses(spanning, weighted)]
+    bases, strengths = [d.Vh for d in decomposed], [d.S for d in decomposed]  # singular values, largest first
     ranks = _sufficient_ranks(_responses(control, weighted), bases, strengths, tolerance)
     factors: list[tuple[npt.NDArray[Any], ...]] = []
     for whole, scaled, basis, rank in zip(matrices, weighted, bases, ranks, strict=True):
@@ -102,12 +103,6 @@ def _responses(loads: list[Array], weighted: list[npt.NDArray[Any]]) -> list[npt
     responses = [forces.astype(matrix.dtype) @ matrix for forces, matrix in zip(loads, weighted, strict=True)]
     norm = np.sqrt(sum(np.einsum("lr,lr->l", one, one) for one in responses))
     return [one / norm[:, None] for one in responses]
-
-
-def _spanned(responses: list[npt.NDArray[Any]]) -> tuple[list[npt.NDArray[Any]], list[Array]]:
-    """Orthonormal rows that span each class's responses, and their singular values, largest first."""
-    decomposed = [np.linalg.svd(response, full_matrices=False) for response in responses]
-    return [d.Vh for d in decomposed], [d.S for d in decomposed]
 
 
 def _sufficient_ranks(

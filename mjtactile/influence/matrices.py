@@ -128,7 +128,8 @@ class InfluenceMatrices(PadTables):
                 f"{expected[1]}): it was made with others. Make it with point_response of these."
             )
         batch = response.reshape(-1, *expected)
-        layers = [self._averaged(batch[:, of_layer], k) for k, of_layer in enumerate(self.sample_slices)]
+        norms = (von_mises(batch[:, of_layer]) for of_layer in self.sample_slices)
+        layers = [(average @ norm.T).T for average, norm in zip(self.averages, norms, strict=True)]
         return np.stack(layers, axis=1).reshape(*response.shape[:-2], *self.pad.reading_shape)
 
     def stress(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> Array:
@@ -196,10 +197,6 @@ class InfluenceMatrices(PadTables):
         layers = range(self.pad.sensing_layers)
         classes = self.mirrors.classes
         return [[read_matrix(self.tables, table_name(kind, parity, k)) for parity in classes] for k in layers]
-
-    def _averaged(self, deviatoric: Array, sensing_layer: int) -> Array:
-        """Readings (batch, taxels) [Pa] of one sensing layer, from the stress at its points (batch, points, 5) [Pa]."""
-        return (self.averages[sensing_layer] @ von_mises(deviatoric).T).T
 
 
 def load_influence(

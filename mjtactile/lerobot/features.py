@@ -85,7 +85,8 @@ def tactile_features(
     Returns:
         Features by column; their `info` has the unit, the positions of the taxels [m] and the shape of a reading.
     """
-    shape, axes = pad.reading_shape, _axes(pad)
+    shape = pad.reading_shape
+    axes = ["taxel"] if isinstance(pad.taxels, FreeTaxels) else ["layer", "row", "column"]
     info = {
         "quantity": "von Mises stress",
         "unit": "Pa",
@@ -103,10 +104,6 @@ def tactile_features(
     if per_frame > 1:
         found[between_key(name)] = Feature(shape=(per_frame, *entry), names=["reading", *axes], info=info)
     return found
-
-
-def _axes(pad: Pad) -> list[str]:
-    return ["taxel"] if isinstance(pad.taxels, FreeTaxels) else ["layer", "row", "column"]
 
 
 def _taxel_places(pad: Pad) -> dict[str, Any]:

@@ -7,7 +7,6 @@ import math
 import time
 from collections.abc import Mapping
 from contextlib import redirect_stdout
-from typing import TYPE_CHECKING
 
 import mujoco
 
@@ -18,9 +17,6 @@ from mjtactile.view.frame import Frame, checked_pads, take_frame
 from mjtactile.view.perturbation import Perturbation
 from mjtactile.view.recording import MOST_FRAMES, Recording
 from mjtactile.view.server import LOOPBACK, PORT, open_server
-
-if TYPE_CHECKING:
-    from mjtactile.view.page import Page
 
 #: Time between updates of the page while the simulation is paused [s].
 _HELD = 0.02
@@ -71,7 +67,9 @@ class Viewer:
         self._period = 1.0 / rate
         self._perturbation = Perturbation(model)
         self._server = open_server(host, port, anyone=anyone)
-        self._page = self._new_page()
+        from mjtactile.view.page import Page  # it imports viser, which open_server looks for
+
+        self._page = Page(self._server, self.model, self._pads, self.controls)
         self._watchers = 0
         self._recorded = self._replayed = False
         self._next_frame, self._next_recorded = 0.0, -float("inf")
@@ -132,11 +130,6 @@ class Viewer:
         self._watchers = 0
         with redirect_stdout(io.StringIO()):  # suppresses viser's own output
             self._server.stop()
-
-    def _new_page(self) -> Page:
-        from mjtactile.view.page import Page
-
-        return Page(self._server, self.model, self._pads, self.controls)
 
     def _count_watchers(self, _: object) -> None:
         """Called by the server's threads."""

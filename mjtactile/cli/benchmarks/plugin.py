@@ -304,7 +304,7 @@ def plugin_benchmark(*, quick: bool = False) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         table = str(Path(folder) / "elastic200.mjt")
         if not quick:
-            _save_table(table)
+            influence_matrices(fidelity=replace(as_fidelity("balanced"), law="elastic", cells=_CELLS)).save(table)
         with quiet_contacts():  # peaks of a height field indent a pad deeply
             timed = [_Timed(name, scene, bare) for name, scene, bare in _cases(presets, "" if quick else table)]
             for _ in range(1 if quick else _ROUNDS):
@@ -318,12 +318,6 @@ def plugin_benchmark(*, quick: bool = False) -> dict[str, Any]:
         "rows": rows,
         "batch": _batch(presets[0], 8 if quick else _SIMULATIONS),
     }
-
-
-def _save_table(path: str) -> None:
-    """Save tables of preset "balanced" whose elastic law has `_CELLS` cells."""
-    chosen = replace(as_fidelity("balanced"), law="elastic", cells=_CELLS)
-    influence_matrices(fidelity=chosen).save(path)
 
 
 def _cases(presets: tuple[str, ...], table: str) -> Iterator[tuple[str, PluginScene, PluginScene]]:
