@@ -125,27 +125,28 @@ def check_writable(path: Path | None) -> None:
         raise _refused(path, error) from error
 
 
-def check_npz(path: Path) -> None:
-    """Check before long work that arrays can be written to a file.
+def check_npz(path: Path | None) -> None:
+    """Check before long work that arrays can be written to a file; None stands for no file.
 
     Raises:
         OutputError: the file name's extension is not .npz, or the file cannot be written.
     """
     check_writable(path)
-    if path.suffix.lower() != ".npz":
+    if path is not None and path.suffix.lower() != ".npz":
         raise OutputError(f"cannot write arrays to {path}: expected a name that ends in .npz, which numpy.load reads.")
 
 
-def check_figure(path: Path) -> None:
-    """Check before long work that a figure can be drawn to a file.
+def check_figure(path: Path | None) -> None:
+    """Check before long work that a figure can be drawn to a file; None stands for no file.
 
     Raises:
         OutputError: the file name's extension is not one of `FIGURE_KINDS`, or the file cannot be written.
         MissingExtraError: matplotlib, which draws figures, is not installed.
     """
-    figure_kind(path)
-    require("figures")
-    check_writable(path)
+    if path is not None:
+        figure_kind(path)
+        require("figures")
+        check_writable(path)
 
 
 def check_apart(paths: Mapping[str, Path | None]) -> None:

@@ -60,8 +60,7 @@ def bench_trade(
     from mjtactile.cli.benchmarks.trade import trade_benchmark
 
     check_apart({"--measured": measured, "--out": out, "--figure": figure, "--page": page})
-    if figure is not None:
-        check_figure(figure)
+    check_figure(figure)
 
     def measure() -> dict[str, Any]:
         return rounded(trade_benchmark(quick=quick)) if measured is None else _earlier(measured)

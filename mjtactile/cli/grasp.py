@@ -110,8 +110,7 @@ def _run(experiment: Experiment, settings: TrialSettings, workers: Workers, outp
         raise typer.BadParameter(f"{table} has no figure, only lift has one. Leave out --figure.")
     check_apart({"--out": out, "--figure": figure, "--page": output.page})
     check_writable(out)
-    if figure is not None:
-        check_figure(figure)
+    check_figure(figure)
     write = table_on_page(output.page, table)
     if experiment.recognisers is not None:
         experiment.recognisers(settings.weights)

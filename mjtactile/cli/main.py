@@ -116,10 +116,8 @@ def press(
     force_on_indenter = force_vector(parse_force(force), tilt, azimuth)
     place = parse_millimetres("shift", shift)
     check_apart({"the mesh": Path(shape), "--pad": pad, "--out": out, "--figure": figure})
-    if out is not None:
-        check_npz(out)
-    if figure is not None:
-        check_figure(figure)
+    check_npz(out)
+    check_figure(figure)
     report = run_press(
         PressProblem(
             shape=shape,

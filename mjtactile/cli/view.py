@@ -37,8 +37,7 @@ def view(
         raise typer.BadParameter("expected either the file of a model or --scene, such as --scene grasp.")
     if seconds is not None and seconds <= 0.0:
         raise typer.BadParameter(f"--seconds {seconds:g}; expected a positive number of seconds.")
-    if record is not None:
-        check_npz(record)
+    check_npz(record)
     shown = None if replay is None else Recording.load(replay)
     demo, compiled = (None, _compiled(model)) if model is not None else demonstration(str(scene))
     data, clock = mujoco.MjData(compiled), Clock()
