@@ -111,8 +111,7 @@ void mjt_pad_set_compliance(mjt_pad* pad, double factor, size_t count_x, const d
 void mjt_pad_set_tiles(mjt_pad* pad, size_t count, const double* tiles, const int32_t* readings) {
   std::vector<Tile> made(count);
   for (size_t i = 0; i < count; ++i, tiles += 14) {
-    std::copy(tiles, tiles + 3, made[i].position);
-    std::copy(tiles + 3, tiles + 12, made[i].rotation);
+    made[i].pose = pose_of(tiles);
     std::copy(tiles + 12, tiles + 14, made[i].half_size);
     made[i].reading = static_cast<size_t>(readings[i]);
   }

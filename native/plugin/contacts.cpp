@@ -43,8 +43,9 @@ double rounded_to(double number, double step) { return std::nearbyint(number / s
 double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 // Position of a point of the world in a frame [m].
-void to_frame(const Frame& frame, const double* world, double* here) {
-  const double offset[3] = {world[0] - frame.origin[0], world[1] - frame.origin[1], world[2] - frame.origin[2]};
+void to_frame(const Pose& frame, const double* world, double* here) {
+  const double* origin = frame.position;
+  const double offset[3] = {world[0] - origin[0], world[1] - origin[1], world[2] - origin[2]};
   multiply_transposed(frame.rotation, offset, here);
 }
 
@@ -56,7 +57,7 @@ struct PadContact {
 
   // `local`: force and torque of the first geom on the second, as MuJoCo gives them. Their axes are the rows of the
   // contact's frame. `sign`: 1 if the pad is the second geom, -1 if it is the first.
-  PadContact(const Layout& layout, const char* contact, const double* local, double sign, const Frame& frame) {
+  PadContact(const char* contact, const double* local, double sign, const Pose& frame) {
     const double* axes = &field<double>(contact, layout.contact_frame);
     to_frame(frame, &field<double>(contact, layout.contact_pos), point);
     for (int part = 0; part < 6; part += 3) {
@@ -75,10 +76,10 @@ struct PadContact {
 };
 
 // Pose of a body in a pad's frame, rounded.
-Pose body_pose(const Layout& layout, const Data* data, int body, const Frame& frame) {
-  const double* rotation = field<const double*>(data, layout.data_xmat) + 9 * body;
+Pose body_pose(const Data* data, int body, const Pose& frame) {
+  const double* rotation = doubles(data, layout.data_xmat) + 9 * body;
   Pose pose;
-  to_frame(frame, field<const double*>(data, layout.data_xpos) + 3 * body, pose.position);
+  to_frame(frame, doubles(data, layout.data_xpos) + 3 * body, pose.position);
   for (double& one : pose.position) one = rounded_to(one, kPlaceStep);
   for (int j = 0; j < 3; ++j) {
     const double column[3] = {rotation[j], rotation[3 + j], rotation[6 + j]};
@@ -98,14 +99,14 @@ bool is_near(const Pose& was, const Pose& is) {
 
 }  // namespace
 
-Frame pad_frame(const Layout& layout, const Model* model, const Data* data, int geom) {
-  Frame frame = {};
-  const double* position = field<const double*>(data, layout.data_geom_xpos) + 3 * geom;
-  const double* rotation = field<const double*>(data, layout.data_geom_xmat) + 9 * geom;
-  if (field<const int*>(model, layout.model_geom_type)[geom] == kMesh) {
-    const int mesh = field<const int*>(model, layout.model_geom_dataid)[geom];
-    const double* moved = field<const double*>(model, layout.model_mesh_pos) + 3 * mesh;
-    const Pose turn = pose_of(moved, field<const double*>(model, layout.model_mesh_quat) + 4 * mesh);
+Pose pad_frame(const Model* model, const Data* data, int geom) {
+  Pose frame;
+  const double* position = doubles(data, layout.data_geom_xpos) + 3 * geom;
+  const double* rotation = doubles(data, layout.data_geom_xmat) + 9 * geom;
+  if (ints(model, layout.model_geom_type)[geom] == kMesh) {
+    const int mesh = ints(model, layout.model_geom_dataid)[geom];
+    const double* moved = doubles(model, layout.model_mesh_pos) + 3 * mesh;
+    const Pose turn = pose_of(moved, doubles(model, layout.model_mesh_quat) + 4 * mesh);
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
         frame.rotation[3 * i + j] = 0.0;
@@ -113,25 +114,24 @@ Frame pad_frame(const Layout& layout, const Model* model, const Data* data, int 
       }
     }
     for (int i = 0; i < 3; ++i) {
-      frame.origin[i] = position[i];
-      for (int k = 0; k < 3; ++k) frame.origin[i] -= frame.rotation[3 * i + k] * moved[k];
+      frame.position[i] = position[i];
+      for (int k = 0; k < 3; ++k) frame.position[i] -= frame.rotation[3 * i + k] * moved[k];
     }
     return frame;
   }
-  const double half = field<const double*>(model, layout.model_geom_size)[3 * geom + 2];
+  const double half = doubles(model, layout.model_geom_size)[3 * geom + 2];
   std::copy(rotation, rotation + 9, frame.rotation);
-  for (int i = 0; i < 3; ++i) frame.origin[i] = position[i] + rotation[3 * i + 2] * half;
+  for (int i = 0; i < 3; ++i) frame.position[i] = position[i] + rotation[3 * i + 2] * half;
   return frame;
 }
 
-std::vector<int> pad_pieces(const Layout& layout, const Model* model, int geom) {
+std::vector<int> pad_pieces(const Model* model, int geom) {
   std::vector<int> pieces = {geom};
-  if (field<const int*>(model, layout.model_geom_type)[geom] != kMesh) return pieces;
+  if (ints(model, layout.model_geom_type)[geom] != kMesh) return pieces;
   const char* names = field<const char*>(model, layout.model_names);
-  const int* name = field<const int*>(model, layout.model_name_geomadr);
-  const int* body = field<const int*>(model, layout.model_geom_bodyid);
-  const int end = field<const int*>(model, layout.model_body_geomadr)[body[geom]] +
-                  field<const int*>(model, layout.model_body_geomnum)[body[geom]];
+  const int* name = ints(model, layout.model_name_geomadr);
+  const int own = ints(model, layout.model_geom_bodyid)[geom];
+  const int end = ints(model, layout.model_body_geomadr)[own] + ints(model, layout.model_body_geomnum)[own];
   const std::string beginning = std::string(names + name[geom]) + kPieceSuffix;
   for (int other = geom + 1; other < end; ++other) {
     if (std::strncmp(names + name[other], beginning.c_str(), beginning.size()) != 0) break;
@@ -141,11 +141,11 @@ std::vector<int> pad_pieces(const Layout& layout, const Model* model, int geom) 
 }
 
 // The touch of the rigid body to which a body belongs.
-Touch& Contacts::touch_of(const Layout& layout, const Model* model, int body) {
-  const int root = body < 0 ? body : rigid_root(layout, model, body);
+Touch& Contacts::touch_of(const Model* model, int body) {
+  const int root = body < 0 ? body : rigid_root(model, body);
   for (std::size_t i = 0; i < count; ++i) {
     Touch& one = touches[i];
-    if (one.body != body && (body < 0 || one.body < 0 || rigid_root(layout, model, one.body) != root)) continue;
+    if (one.body != body && (body < 0 || one.body < 0 || rigid_root(model, one.body) != root)) continue;
     const auto place = std::lower_bound(one.links.begin(), one.links.end(), body);
     if (place == one.links.end() || *place != body) one.links.insert(place, body);
     one.body = one.links.front();
@@ -164,10 +164,10 @@ Touch& Contacts::touch_of(const Layout& layout, const Model* model, int body) {
 }
 
 // Set contacts aside with bodies that are not awake and have not been put elsewhere.
-void Contacts::set_aside(const Layout& layout, const Data* data, const Frame& frame) {
-  const int* awake = field<const int*>(data, layout.data_body_awake);
+void Contacts::set_aside(const Data* data, const Pose& frame) {
+  const int* awake = ints(data, layout.data_body_awake);
   const auto rests = [&](const auto& one) {
-    return one.body >= 0 && awake[one.body] != kAwake && is_near(one.pose, body_pose(layout, data, one.body, frame));
+    return one.body >= 0 && awake[one.body] != kAwake && is_near(one.pose, body_pose(data, one.body, frame));
   };
   for (std::size_t i = 0; i < count; ++i) {
     if (!rests(touches[i])) continue;
@@ -202,21 +202,21 @@ void Contacts::add(const double* more) {
   for (int k = 0; k < 6; ++k) wrench[k] += more[k];
 }
 
-void Contacts::gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data,
-                      const std::vector<int>& pieces, const OuterSurface& surface, bool last_hold) {
-  const int* bodies = field<const int*>(model, layout.model_geom_bodyid);
-  Frame frame = {};
+void Contacts::gather(const Model* model, const Data* data, const std::vector<int>& pieces, const OuterSurface& surface,
+                      bool last_hold) {
+  const int* bodies = ints(model, layout.model_geom_bodyid);
+  Pose frame = {};
   bool placed = false;
   const auto place = [&] {
-    if (!placed) frame = pad_frame(layout, model, data, pieces.front());
+    if (!placed) frame = pad_frame(model, data, pieces.front());
     placed = true;
   };
   aside_count_ = 0;
   beside_aside_.clear();
   if (last_hold && any() && layout.data_body_awake >= 0 &&
-      field<const int*>(data, layout.data_body_awake)[bodies[pieces.front()]] != kAwake) {
+      ints(data, layout.data_body_awake)[bodies[pieces.front()]] != kAwake) {
     place();
-    set_aside(layout, data, frame);
+    set_aside(data, frame);
   }
   count = 0;
   beside_.clear();
@@ -232,7 +232,7 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
     place();
     double local[6];
     functions.contact_force(model, data, i, local);
-    const PadContact seen(layout, contact, local, second ? 1.0 : -1.0, frame);
+    const PadContact seen(contact, local, second ? 1.0 : -1.0, frame);
     if (std::all_of(seen.wrench, seen.wrench + 6, [](double one) { return one == 0.0; })) {
       continue;  // MuJoCo lists it, but it carries no load
     }
@@ -245,14 +245,14 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
     if (upright < -kLeastUpright) behind.push_back(body);
     if (upright < kLeastUpright) {
       beside_.push_back({body, {}, {}});
-      if (body >= 0) beside_.back().pose = body_pose(layout, data, body, frame);
+      if (body >= 0) beside_.back().pose = body_pose(data, body, frame);
       std::copy(seen.wrench, seen.wrench + 6, beside_.back().wrench);
       continue;
     }
-    Touch& touch = touch_of(layout, model, body);
+    Touch& touch = touch_of(model, body);
     for (int k = 0; k < 6; ++k) touch.wrench[k] += seen.wrench[k];
     // MuJoCo looks for contacts of signed distance functions at a few points, so they do not tell how deep the body is.
-    const bool sampled = other >= 0 && field<const int*>(model, layout.model_geom_type)[other] == kSdf;
+    const bool sampled = other >= 0 && ints(model, layout.model_geom_type)[other] == kSdf;
     const double sunk = -field<double>(contact, layout.contact_dist) / upright;
     touch.sunk = std::max(touch.sunk, sampled ? std::numeric_limits<double>::infinity() : sunk);
     const double* friction = &field<double>(contact, layout.contact_friction);
@@ -262,7 +262,7 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
     std::copy(seen.wrench, seen.wrench + 6, touch.points.back().wrench);
   }
   for (std::size_t i = 0; i < count; ++i) {
-    if (touches[i].body >= 0) touches[i].pose = body_pose(layout, data, touches[i].body, frame);
+    if (touches[i].body >= 0) touches[i].pose = body_pose(data, touches[i].body, frame);
   }
   add_aside();
   std::sort(touches.begin(), touches.begin() + static_cast<std::ptrdiff_t>(count),

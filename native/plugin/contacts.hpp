@@ -8,18 +8,13 @@
 
 namespace mjtactile::mujoco {
 
-// The pad frame in the world. Columns of `rotation` are its axes. For a box, the origin is the middle of the +z face.
-// For a mesh, it is the frame of the mesh file, from which MuJoCo moved the vertices to their centre of mass and axes
-// of inertia.
-struct Frame {
-  double origin[3], rotation[9];
-};
-
-Frame pad_frame(const Layout& layout, const Model* model, const Data* data, int geom);
+// The pad frame in the world. For a box, the origin is the middle of the +z face. For a mesh, it is the frame of the
+// mesh file, from which MuJoCo moved the vertices to their centre of mass and axes of inertia.
+Pose pad_frame(const Model* model, const Data* data, int geom);
 
 // Numbers of the geoms that make up one pad. The first is the pad's own geom. A pad with hollows has further ones,
 // named "<name>_piece_1" and so on (mjtactile/sim/pad_geom.py).
-std::vector<int> pad_pieces(const Layout& layout, const Model* model, int geom);
+std::vector<int> pad_pieces(const Model* model, int geom);
 
 // All contacts of a pad's geoms.
 class Contacts {
@@ -37,8 +32,8 @@ class Contacts {
   // Contacts of other geoms of the pad's body are ignored. Overlap and pressing force are measured along the outer
   // surface's normal. `last_hold`: whether the contacts gathered last still hold where neither the pad's body nor the
   // other is awake, and both are where they were. MuJoCo has no contacts between such bodies.
-  void gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data,
-              const std::vector<int>& pieces, const OuterSurface& surface, bool last_hold);
+  void gather(const Model* model, const Data* data, const std::vector<int>& pieces, const OuterSurface& surface,
+              bool last_hold);
   bool any() const { return count > 0 || !beside_.empty(); }
 
  private:
@@ -47,10 +42,10 @@ class Contacts {
     Pose pose;           // of the body in the pad frame
     double wrench[6];
   };
-  void set_aside(const Layout& layout, const Data* data, const Frame& frame);
+  void set_aside(const Data* data, const Pose& frame);
   void add_aside();
   void add(const double* more);
-  Touch& touch_of(const Layout& layout, const Model* model, int body);
+  Touch& touch_of(const Model* model, int body);
 
   std::vector<Beside> beside_;
   // Contacts that were set aside while others are gathered. Touches are swapped, so that no step allocates them anew.

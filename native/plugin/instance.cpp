@@ -56,7 +56,7 @@ std::unique_ptr<Instance> Instance::another() const {
 void Instance::compute(const Model* model, Data* data, const double* state) {
   reader_.read(model, data, {state[0], state[1]}, needs_stress_);
   computed_ = true;
-  double* sensordata = field<double*>(data, running.layout.data_sensordata);
+  double* sensordata = field<double*>(data, layout.data_sensordata);
   for (const int address : addresses_) {
     double* to = sensordata + address;
     for (int i = 0; i < resolved_.output_count; ++i) to = write(resolved_.outputs[i], to);
@@ -74,32 +74,23 @@ void Instance::advance(double* state) {
 
 void Instance::visualize(const Model* model, const Data* data, Scene* scene) {
   if (resolved_.visual == 0) return;
-  const double* sensordata = field<const double*>(data, running.layout.data_sensordata);
+  const double* sensordata = doubles(data, layout.data_sensordata);
   const double* readings = shown_ < 0 ? readings_.data() : sensordata + shown_;
   const std::vector<Tile>& tiles = reader_.pad()->tiles();
   double most = 0.0;
   for (const Tile& tile : tiles) most = std::max(most, readings[tile.reading]);
   if (!(most > 0.0)) return;
-  const Layout& layout = running.layout;
-  const Frame frame = pad_frame(layout, model, data, reader_.geom());
+  const Pose frame = pad_frame(model, data, reader_.geom());
   int& count = field<int>(scene, layout.scene_ngeom);
   char* geoms = field<char*>(scene, layout.scene_geoms);
   for (const Tile& tile : tiles) {
     if (count >= field<int>(scene, layout.scene_maxgeom)) return;
-    double position[3], rotation[9];
-    for (int i = 0; i < 3; ++i) {
-      position[i] = frame.origin[i];
-      for (int j = 0; j < 3; ++j) {
-        position[i] += frame.rotation[3 * i + j] * tile.position[j];
-        rotation[3 * i + j] = 0.0;
-        for (int k = 0; k < 3; ++k) rotation[3 * i + j] += frame.rotation[3 * i + k] * tile.rotation[3 * k + j];
-      }
-    }
+    const Pose at = composed(frame, tile.pose);
     const double size[3] = {tile.half_size[0], tile.half_size[1], kTileThickness / 2};
     const auto heat = static_cast<float>(readings[tile.reading] / most);
     const float rgba[4] = {std::min(1.0f, 2 * heat), std::max(0.0f, 2 * heat - 1.0f), 1.0f - heat, kOpacity};
-    running.functions.init_geom(geoms + count * layout.scene_geom_size, static_cast<int>(layout.geom_box), size,
-                                position, rotation, rgba);
+    functions.init_geom(geoms + count * layout.scene_geom_size, static_cast<int>(layout.geom_box), size, at.position,
+                        at.rotation, rgba);
     ++count;
   }
 }

@@ -41,6 +41,19 @@ std::shared_ptr<const SharedMesh> shared_mesh(std::uint64_t key, double facing_g
   return found;
 }
 
+// A height field of a model.
+struct HeightField {
+  std::size_t rows, columns;
+  const double* size;   // (4), see make_height_field
+  const float* data;
+
+  HeightField(const Model* model, int number)
+      : rows(static_cast<std::size_t>(ints(model, layout.model_hfield_nrow)[number])),
+        columns(static_cast<std::size_t>(ints(model, layout.model_hfield_ncol)[number])),
+        size(doubles(model, layout.model_hfield_size) + 4 * number),
+        data(field<const float*>(model, layout.model_hfield_data) + ints(model, layout.model_hfield_adr)[number]) {}
+};
+
 // Position [m] and unit quaternion of something.
 struct Placed {
   double position[3] = {0.0, 0.0, 0.0}, orientation[4] = {1.0, 0.0, 0.0, 0.0};
@@ -69,19 +82,19 @@ Placed seen_from(const Placed& outer, const Placed& inner) {
 }
 
 // Where a body is in the frame of the one to which both are welded.
-Placed on_root(const Layout& layout, const Model* model, int body) {
-  const int root = rigid_root(layout, model, body);
+Placed on_root(const Model* model, int body) {
+  const int root = rigid_root(model, body);
   Placed placed;
-  for (; body != root; body = field<const int*>(model, layout.model_body_parentid)[body]) {
-    placed = seen_from({field<const double*>(model, layout.model_body_pos) + 3 * body,
-                        field<const double*>(model, layout.model_body_quat) + 4 * body}, placed);
+  for (; body != root; body = ints(model, layout.model_body_parentid)[body]) {
+    placed = seen_from({doubles(model, layout.model_body_pos) + 3 * body,
+                        doubles(model, layout.model_body_quat) + 4 * body}, placed);
   }
   return placed;
 }
 
 // Where a body is in the frame of another that is welded to it.
-Placed between(const Layout& layout, const Model* model, int first, int body) {
-  const Placed base = on_root(layout, model, first);
+Placed between(const Model* model, int first, int body) {
+  const Placed base = on_root(model, first);
   Placed back;
   for (int i = 1; i < 4; ++i) back.orientation[i] = -base.orientation[i];
   back.orientation[0] = base.orientation[0];
@@ -89,23 +102,23 @@ Placed between(const Layout& layout, const Model* model, int first, int body) {
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 3; ++k) back.position[i] -= turn.rotation[3 * i + k] * base.position[k];
   }
-  return seen_from(back, on_root(layout, model, body));
+  return seen_from(back, on_root(model, body));
 }
 
 // Whether MuJoCo's filters keep all geoms of two bodies from colliding, explicit pairs aside: the bodies are welded, one
 // is welded to the other's parent, or the model excludes the pair (computation, "Collision detection", in MuJoCo's
 // documentation).
-bool are_kept_apart(const Layout& layout, const Model* model, int one, int other) {
-  const int *weld = field<const int*>(model, layout.model_body_weldid), first = weld[one], second = weld[other];
+bool are_kept_apart(const Model* model, int one, int other) {
+  const int *weld = ints(model, layout.model_body_weldid), first = weld[one], second = weld[other];
   if (first == second) return true;
-  const int* parent = field<const int*>(model, layout.model_body_parentid);
+  const int* parent = ints(model, layout.model_body_parentid);
   const void* option = &field<char>(model, layout.model_opt);
   const bool filters = (field<int>(option, layout.option_disableflags) & layout.disable_filterparent) == 0;
   if (filters && first != 0 && second != 0 && (first == weld[parent[second]] || second == weld[parent[first]])) {
     return true;
   }
   const int signature = (std::min(one, other) << 16) + std::max(one, other);
-  const int* excluded = field<const int*>(model, layout.model_exclude_signature);
+  const int* excluded = ints(model, layout.model_exclude_signature);
   const int* const end = excluded + field<int>(model, layout.model_nexclude);
   return std::find(excluded, end, signature) != end;
 }
@@ -119,10 +132,10 @@ bool is_shown(std::string_view name) {
 
 }  // namespace
 
-int rigid_root(const Layout& layout, const Model* model, int body) {
-  const int root = field<const int*>(model, layout.model_body_weldid)[body];
-  const int* mocap = field<const int*>(model, layout.model_body_mocapid);
-  while (body != root && mocap[body] < 0) body = field<const int*>(model, layout.model_body_parentid)[body];
+int rigid_root(const Model* model, int body) {
+  const int root = ints(model, layout.model_body_weldid)[body];
+  const int* mocap = ints(model, layout.model_body_mocapid);
+  while (body != root && mocap[body] < 0) body = ints(model, layout.model_body_parentid)[body];
   return body;
 }
 
@@ -143,26 +156,26 @@ bool ModelGeometry::Geom::operator==(const Geom& other) const {
          std::equal(orientation, orientation + 4, other.orientation);
 }
 
-bool may_collide(const Layout& layout, const Model* model, int one, int other) {
-  const int* contype = field<const int*>(model, layout.model_geom_contype);
-  const int* conaffinity = field<const int*>(model, layout.model_geom_conaffinity);
-  const int* body = field<const int*>(model, layout.model_geom_bodyid);
+bool may_collide(const Model* model, int one, int other) {
+  const int* contype = ints(model, layout.model_geom_contype);
+  const int* conaffinity = ints(model, layout.model_geom_conaffinity);
+  const int* body = ints(model, layout.model_geom_bodyid);
   if (((contype[one] & conaffinity[other]) != 0 || (contype[other] & conaffinity[one]) != 0) &&
-      !are_kept_apart(layout, model, body[one], body[other])) {
+      !are_kept_apart(model, body[one], body[other])) {
     return true;
   }
-  const int* first = field<const int*>(model, layout.model_pair_geom1);
-  const int* second = field<const int*>(model, layout.model_pair_geom2);
+  const int* first = ints(model, layout.model_pair_geom1);
+  const int* second = ints(model, layout.model_pair_geom2);
   for (int i = 0; i < field<int>(model, layout.model_npair); ++i) {
     if ((first[i] == one && second[i] == other) || (first[i] == other && second[i] == one)) return true;
   }
   return false;
 }
 
-bool can_be_seen(const Layout& layout, const Model* model, int geom) {
-  const int kind = field<const int*>(model, layout.model_geom_type)[geom];
-  const int data = field<const int*>(model, layout.model_geom_dataid)[geom];
-  if (kind == kMesh || kind == kSdf) return data >= 0 && field<const int*>(model, layout.model_mesh_facenum)[data] > 0;
+bool can_be_seen(const Model* model, int geom) {
+  const int kind = ints(model, layout.model_geom_type)[geom];
+  const int data = ints(model, layout.model_geom_dataid)[geom];
+  if (kind == kMesh || kind == kSdf) return data >= 0 && ints(model, layout.model_mesh_facenum)[data] > 0;
   return kind >= kPlane && kind <= kSdf;
 }
 
@@ -178,31 +191,28 @@ std::shared_ptr<BodyGeometry> ModelGeometry::body(const Model* model, const std:
 }
 
 void ModelGeometry::prepare(const Model* model, int pad_geom) {
-  const int own = field<const int*>(model, layout_->model_geom_bodyid)[pad_geom];
-  for (int k = 0; k < field<int>(model, layout_->model_nbody); ++k) {
+  const int own = ints(model, layout.model_geom_bodyid)[pad_geom];
+  for (int k = 0; k < field<int>(model, layout.model_nbody); ++k) {
     if (k != own) body(model, {k}, pad_geom);
   }
 }
 
 void ModelGeometry::choose(const Model* model, int link, int first, int pad_geom) {
-  const Layout& layout = *layout_;
-  const int from = field<const int*>(model, layout.model_body_geomadr)[link];
-  const int count = field<const int*>(model, layout.model_body_geomnum)[link];
+  const int from = ints(model, layout.model_body_geomadr)[link];
+  const int count = ints(model, layout.model_body_geomnum)[link];
   const char* names = field<const char*>(model, layout.model_names);
-  const int* name = field<const int*>(model, layout.model_name_geomadr);
+  const int* name = ints(model, layout.model_name_geomadr);
   const std::size_t before = geoms_.size();
-  shown_.clear();
+  const auto seen = [&](int geom) { return geom != pad_geom && can_be_seen(model, geom); };
+  const auto shown = [&](int geom) { return seen(geom) && is_shown(names + name[geom]); };
+  bool any_shown = false;
+  for (int geom = from; geom < from + count; ++geom) any_shown = any_shown || shown(geom);
   for (int geom = from; geom < from + count; ++geom) {
-    if (geom == pad_geom || !can_be_seen(layout, model, geom)) continue;
-    if (is_shown(names + name[geom])) shown_.push_back(geom);
-  }
-  for (const int geom : shown_) geoms_.push_back(describe(model, geom));
-  for (int geom = from; shown_.empty() && geom < from + count; ++geom) {
-    if (geom == pad_geom || !can_be_seen(layout, model, geom)) continue;
-    if (may_collide(layout, model, geom, pad_geom)) geoms_.push_back(describe(model, geom));
+    const bool presses = any_shown ? shown(geom) : seen(geom) && may_collide(model, geom, pad_geom);
+    if (presses) geoms_.push_back(describe(model, geom));
   }
   if (link == first) return;
-  const Placed there = between(layout, model, first, link);
+  const Placed there = between(model, first, link);
   for (std::size_t i = before; i < geoms_.size(); ++i) {
     const Placed here = seen_from(there, {geoms_[i].position, geoms_[i].orientation});
     std::copy(here.position, here.position + 3, geoms_[i].position);
@@ -211,32 +221,25 @@ void ModelGeometry::choose(const Model* model, int link, int first, int pad_geom
 }
 
 ModelGeometry::Geom ModelGeometry::describe(const Model* model, int geom) const {
-  const Layout& layout = *layout_;
   Geom made = {};
   made.number = geom;
-  made.kind = field<const int*>(model, layout.model_geom_type)[geom];
-  made.data = field<const int*>(model, layout.model_geom_dataid)[geom];
+  made.kind = ints(model, layout.model_geom_type)[geom];
+  made.data = ints(model, layout.model_geom_dataid)[geom];
   const bool sized = made.kind != kMesh && made.kind != kSdf && made.kind != kHeightField && made.kind != kPlane;
-  const double* size = field<const double*>(model, layout.model_geom_size) + 3 * geom;
+  const double* size = doubles(model, layout.model_geom_size) + 3 * geom;
   if (sized) std::copy(size, size + 3, made.size);
-  const double* position = field<const double*>(model, layout.model_geom_pos) + 3 * geom;
-  const double* orientation = field<const double*>(model, layout.model_geom_quat) + 4 * geom;
+  const double* position = doubles(model, layout.model_geom_pos) + 3 * geom;
+  const double* orientation = doubles(model, layout.model_geom_quat) + 4 * geom;
   std::copy(position, position + 3, made.position);
   std::copy(orientation, orientation + 4, made.orientation);
   if (made.kind == kHeightField) {
-    const int rows = field<const int*>(model, layout.model_hfield_nrow)[made.data];
-    const int columns = field<const int*>(model, layout.model_hfield_ncol)[made.data];
-    const float* data = field<const float*>(model, layout.model_hfield_data) +
-                        field<const int*>(model, layout.model_hfield_adr)[made.data];
-    const double* extent = field<const double*>(model, layout.model_hfield_size) + 4 * made.data;
-    made.heights = mixed(mixed(1, data, sizeof(float) * static_cast<std::size_t>(rows * columns)), extent,
-                           4 * sizeof(double));
+    const HeightField of(model, made.data);
+    made.heights = mixed(mixed(1, of.data, sizeof(float) * of.rows * of.columns), of.size, 4 * sizeof(double));
   }
   return made;
 }
 
 std::shared_ptr<BodyGeometry> ModelGeometry::make(const Model* model) const {
-  const Layout& layout = *layout_;
   std::vector<Shape> shapes;
   std::vector<std::shared_ptr<const SharedMesh>> kept;
   std::vector<const std::vector<Facet>*> facets;
@@ -254,27 +257,20 @@ std::shared_ptr<BodyGeometry> ModelGeometry::make(const Model* model) const {
       case kCylinder: shape.kind = ShapeKind::cylinder; break;
       case kBox: shape.kind = ShapeKind::box; break;
       case kHeightField: {
-        const auto rows = static_cast<std::size_t>(field<const int*>(model, layout.model_hfield_nrow)[geom.data]);
-        const auto columns = static_cast<std::size_t>(field<const int*>(model, layout.model_hfield_ncol)[geom.data]);
-        const float* data = field<const float*>(model, layout.model_hfield_data) +
-                            field<const int*>(model, layout.model_hfield_adr)[geom.data];
-        const double* size = field<const double*>(model, layout.model_hfield_size) + 4 * geom.data;
-        mesh = shared_mesh(mixed(mixed(geom.heights, &rows, sizeof rows), &columns, sizeof columns),
-                           limits_.facing_gap, [&] { return make_height_field(rows, columns, size, data); });
+        const HeightField of(model, geom.data);
+        mesh = shared_mesh(mixed(mixed(geom.heights, of.rows), of.columns), limits_.facing_gap,
+                           [&] { return make_height_field(of.rows, of.columns, of.size, of.data); });
         break;
       }
       case kMesh:
       case kSdf: {
-        const auto vertices = static_cast<std::size_t>(field<const int*>(model, layout.model_mesh_vertnum)[geom.data]);
-        const auto count = static_cast<std::size_t>(field<const int*>(model, layout.model_mesh_facenum)[geom.data]);
-        const float* vertex =
-            field<const float*>(model, layout.model_mesh_vert) +
-            3 * static_cast<std::ptrdiff_t>(field<const int*>(model, layout.model_mesh_vertadr)[geom.data]);
-        const int* face =
-            field<const int*>(model, layout.model_mesh_face) +
-            3 * static_cast<std::ptrdiff_t>(field<const int*>(model, layout.model_mesh_faceadr)[geom.data]);
-        const std::uint64_t key =
-            mixed(mixed(2, vertex, 3 * sizeof(float) * vertices), face, 3 * sizeof(int) * count);
+        const auto vertices = static_cast<std::size_t>(ints(model, layout.model_mesh_vertnum)[geom.data]);
+        const auto count = static_cast<std::size_t>(ints(model, layout.model_mesh_facenum)[geom.data]);
+        const float* vertex = field<const float*>(model, layout.model_mesh_vert) +
+                              std::ptrdiff_t{3} * ints(model, layout.model_mesh_vertadr)[geom.data];
+        const int* face = ints(model, layout.model_mesh_face) +
+                          std::ptrdiff_t{3} * ints(model, layout.model_mesh_faceadr)[geom.data];
+        const std::uint64_t key = mixed(mixed(2, vertex, 3 * sizeof(float) * vertices), face, 3 * sizeof(int) * count);
         mesh = shared_mesh(key, limits_.facing_gap, [&] { return make_mesh(vertex, vertices, face, count); });
         break;
       }

@@ -16,14 +16,14 @@ Pose pose_of(const double* position, const double* quaternion);
 
 // The first body of the rigid body to which a body belongs: there is no joint between them. Before version 4 MuJoCo
 // welds mocap bodies to the world, though they move on their own.
-int rigid_root(const Layout& layout, const Model* model, int body);
+int rigid_root(const Model* model, int body);
 
 // Geometry of the geoms of a rigid body that press on the pad. It consists of one body or of several that are welded to
 // one another, its links. If the names of some geoms of a link end in "_tactile", or in that and a number, these press.
 // Otherwise its geoms that collide with the pad press.
 class ModelGeometry {
  public:
-  ModelGeometry(const Layout& layout, const SideLimits& limits) : layout_(&layout), limits_(limits) {}
+  explicit ModelGeometry(const SideLimits& limits) : limits_(limits) {}
 
   // Geometry of links that touch a pad's geom, in the frame of the first. It is made at the first call, and again if
   // their geoms have changed. Null if no geom can press.
@@ -48,18 +48,16 @@ class ModelGeometry {
   Geom describe(const Model* model, int geom) const;
   std::shared_ptr<BodyGeometry> make(const Model* model) const;
 
-  const Layout* layout_;
   SideLimits limits_;
   std::map<std::vector<int>, Known> known_;
   std::vector<Geom> geoms_;   // the pressing geoms of the last body
-  std::vector<int> shown_;    // geoms of its last link whose names end in "_tactile"
 };
 
 // Whether two geoms may collide: by their bits, unless their bodies are kept apart, or as an explicit pair.
-bool may_collide(const Layout& layout, const Model* model, int one, int other);
+bool may_collide(const Model* model, int one, int other);
 
 // Whether a geom has a shape that the pad can use. It has none if it collides without a mesh, such as a signed distance
 // function without one.
-bool can_be_seen(const Layout& layout, const Model* model, int geom);
+bool can_be_seen(const Model* model, int geom);
 
 }  // namespace mjtactile::mujoco

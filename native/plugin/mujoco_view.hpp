@@ -59,11 +59,8 @@ struct Functions {
 };
 
 // The MuJoCo that runs, as Python described it when it registered the plugin.
-struct Running {
-  Layout layout;
-  Functions functions;
-};
-inline Running running = {};
+inline Layout layout = {};
+inline Functions functions = {};
 
 template <typename Field>
 const Field& field(const void* structure, std::int64_t offset) {
@@ -72,6 +69,12 @@ const Field& field(const void* structure, std::int64_t offset) {
 template <typename Field>
 Field& field(void* structure, std::int64_t offset) {
   return *reinterpret_cast<Field*>(static_cast<char*>(structure) + offset);
+}
+
+// Arrays to which fields point.
+inline const int* ints(const void* structure, std::int64_t offset) { return field<const int*>(structure, offset); }
+inline const double* doubles(const void* structure, std::int64_t offset) {
+  return field<const double*>(structure, offset);
 }
 
 // mjpPlugin, the same in all versions from 3.0 on: checked by size and order in tests/plugin/test_plugin_layout.py.

@@ -19,9 +19,6 @@ namespace {
 const char* const kAttributes[] = {"pad", "fidelity", "output", "law", "tangential", "friction", "tilt", "visual"};
 constexpr std::size_t kAttributeCount = sizeof kAttributes / sizeof kAttributes[0];
 
-Layout& layout = running.layout;
-Functions& functions = running.functions;
-
 // Have Python interpret an instance's attributes. With `geom` < 0, only what the output's size depends on. False if the
 // attributes are wrong; `resolved` then has the error.
 bool resolve(const Model* model, int instance, int geom, mjt_instance& resolved) {
@@ -36,12 +33,12 @@ bool resolve(const Model* model, int instance, int geom, mjt_instance& resolved)
 
 // A geom that may collide with the pad but has no usable shape, or -1.
 int unseen_geom(const Model* model, int pad) {
-  const int* body = field<const int*>(model, layout.model_geom_bodyid);
+  const int* body = ints(model, layout.model_geom_bodyid);
   for (int k = 0; k < field<int>(model, layout.model_nbody); ++k) {
-    const int first = field<const int*>(model, layout.model_body_geomadr)[k];
-    for (int geom = first; geom < first + field<const int*>(model, layout.model_body_geomnum)[k]; ++geom) {
-      if (body[geom] == body[pad] || can_be_seen(layout, model, geom)) continue;
-      if (may_collide(layout, model, geom, pad)) return geom;
+    const int first = ints(model, layout.model_body_geomadr)[k];
+    for (int geom = first; geom < first + ints(model, layout.model_body_geomnum)[k]; ++geom) {
+      if (body[geom] == body[pad] || can_be_seen(model, geom)) continue;
+      if (may_collide(model, geom, pad)) return geom;
     }
   }
   return -1;
@@ -63,16 +60,16 @@ int init(const Model* model, Data* data, int instance) {
   int geom = -1;
   std::vector<int> addresses;
   for (int i = 0; i < field<int>(model, layout.model_nsensor); ++i) {
-    if (field<const int*>(model, layout.model_sensor_plugin)[i] != instance) continue;
-    const int type = field<const int*>(model, layout.model_sensor_objtype)[i];
-    const int object = field<const int*>(model, layout.model_sensor_objid)[i];
+    if (ints(model, layout.model_sensor_plugin)[i] != instance) continue;
+    const int type = ints(model, layout.model_sensor_objtype)[i];
+    const int object = ints(model, layout.model_sensor_objid)[i];
     if (type != layout.object_geom || (geom >= 0 && object != geom)) {
       functions.warning("%s", "mjtactile.pad reads one geom, a box or a curved pad's mesh: write objtype=\"geom\" "
                               "objname=\"name of the pad's geom\" in the sensor, and give every pad an instance of its "
                               "own.");
       return -1;
     }
-    if (layout.model_sensor_history >= 0 && field<const int*>(model, layout.model_sensor_history)[2 * i] > 0) {
+    if (layout.model_sensor_history >= 0 && ints(model, layout.model_sensor_history)[2 * i] > 0) {
       functions.warning("%s", "a sensor of mjtactile.pad asks for a history (nsample, interval, delay), for which "
                               "MuJoCo makes too little room where sensors are plugins, and would write beyond it. "
                               "Leave these attributes out; to read a pad less often than every step, leave its sensor "
@@ -81,7 +78,7 @@ int init(const Model* model, Data* data, int instance) {
       return -1;
     }
     geom = object;
-    addresses.push_back(field<const int*>(model, layout.model_sensor_adr)[i]);
+    addresses.push_back(ints(model, layout.model_sensor_adr)[i]);
   }
   if (geom < 0) {
     functions.warning("%s", "an instance of mjtactile.pad belongs to no sensor. Write <sensor><plugin "
@@ -92,7 +89,7 @@ int init(const Model* model, Data* data, int instance) {
     const char* names = field<const char*>(model, layout.model_names);
     functions.warning("mjtactile.pad: geom number %d ('%s') collides with the pad, but has neither a mesh nor a shape "
                       "to look at. Give it a mesh, or keep it from colliding with the pad by contype and conaffinity.",
-                      unseen, names + field<const int*>(model, layout.model_name_geomadr)[unseen]);
+                      unseen, names + ints(model, layout.model_name_geomadr)[unseen]);
     return -1;
   }
   mjt_instance resolved;

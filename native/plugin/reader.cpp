@@ -25,17 +25,17 @@ Reader::Reader(const mjt_instance& resolved, std::shared_ptr<const Pad> pad, int
     : geom_(geom),
       size_tolerance_(resolved.size_tolerance),
       context_(std::move(context)),
-      geometry_(running.layout, side_limits(options_of(resolved), resolved.facing_gap)),
+      geometry_(side_limits(options_of(resolved), resolved.facing_gap)),
       pad_(std::move(pad)),
       sensor_(pad_, options_of(resolved), resolved.facing_gap, resolved.tolerance) {}
 
 void Reader::read(const Model* model, const Data* data, const Steadiness& before, bool press) {
   before_ = before;
   presses_ = press;
-  if (pieces_.empty()) pieces_ = pad_pieces(running.layout, model, geom_);
+  if (pieces_.empty()) pieces_ = pad_pieces(model, geom_);
   // The last contacts do not belong to a simulation that was reset or set to a state without contact.
   const bool touched = before.pose != 0.0 || before.steps != 0.0;
-  contacts_.gather(running.layout, running.functions, model, data, pieces_, pad_->outer(), touched);
+  contacts_.gather(model, data, pieces_, pad_->outer(), touched);
   for (const int body : contacts_.behind) tell({Event::behind, body, 0.0, 0.0});
   if (!press) return;
   const auto start = std::chrono::steady_clock::now();
@@ -68,7 +68,7 @@ void Reader::tell(const Pressed::Note& note) {
 // Whether the geom of a flat pad is as large as the pad. It was when the simulation was made, but models can change.
 bool Reader::has_own_size(const Model* model) const {
   if (!pad_->outer().is_flat()) return true;
-  const double* half = field<const double*>(model, running.layout.model_geom_size) + 3 * geom_;
+  const double* half = doubles(model, layout.model_geom_size) + 3 * geom_;
   const SurfaceGrid& surface = pad_->surface();
   const double own[3] = {surface.high_x() - surface.low_x(), surface.high_y() - surface.low_y(), pad_->depth()};
   const double most = size_tolerance_;

@@ -15,8 +15,7 @@ constexpr double kWorthThreads = 1e-4;
 }  // namespace
 
 double* state_of(const Model* model, Data* data, int instance) {
-  return field<double*>(data, running.layout.data_plugin_state) +
-         field<const int*>(model, running.layout.model_plugin_stateadr)[instance];
+  return field<double*>(data, layout.data_plugin_state) + ints(model, layout.model_plugin_stateadr)[instance];
 }
 
 Instance* Simulation::find(int number) {
@@ -39,7 +38,6 @@ void Simulation::compute(const Model* model, Data* data, int number) {
 // end at about the same time.
 bool Simulation::compute_all(const Model* model, Data* data) {
   const int count = static_cast<int>(members_.size());
-  const Functions& functions = running.functions;
   if (count < 2 || functions.dispatch == nullptr || functions.thread_count(data) < 2) return false;
   queue_.clear();
   for (auto& member : members_) queue_.push_back(&member);

@@ -10,6 +10,7 @@
 
 #include "contact/cells/compliance.hpp"
 #include "geometry/outer_surface.hpp"
+#include "geometry/pose.hpp"
 #include "influence/stress_map.hpp"
 #include "influence/surface_grid.hpp"
 
@@ -36,10 +37,11 @@ struct LinearRange {
   double pressure, indentation, depth;
 };
 
-// A tile of the heat map on the surface, in the pad frame: middle [m], axes as columns, half lengths of its sides [m],
-// and the number of the reading that colours it.
+// A tile of the heat map on the surface: pose of its middle in the pad frame, half lengths of its sides [m], and the
+// number of the reading that colours it.
 struct Tile {
-  double position[3], rotation[9], half_size[2];
+  Pose pose;
+  double half_size[2];
   std::size_t reading;
 };
 
