@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "linalg/vectors.hpp"
 #include "plugin/model_geometry.hpp"
 
 namespace mjtactile::mujoco {
@@ -31,22 +32,13 @@ void normal_at(const OuterSurface& outer, const double* point, double* normal) {
   normal[0] = -at.slopes[0] / size, normal[1] = -at.slopes[1] / size, normal[2] = 1.0 / size;
 }
 
-// rotation^T * vector
-void multiply_transposed(const double* rotation, const double* vector, double* out) {
-  for (int i = 0; i < 3; ++i) {
-    out[i] = rotation[i] * vector[0] + rotation[3 + i] * vector[1] + rotation[6 + i] * vector[2];
-  }
-}
-
 double rounded_to(double number, double step) { return std::nearbyint(number / step) * step; }
-
-double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 // Position of a point of the world in a frame [m].
 void to_frame(const Pose& frame, const double* world, double* here) {
   const double* origin = frame.position;
   const double offset[3] = {world[0] - origin[0], world[1] - origin[1], world[2] - origin[2]};
-  multiply_transposed(frame.rotation, offset, here);
+  rotate_back(frame.rotation, offset, here);
 }
 
 // One of MuJoCo's contacts in a pad's frame.
@@ -62,15 +54,14 @@ struct PadContact {
     to_frame(frame, &field<double>(contact, layout.contact_pos), point);
     for (int part = 0; part < 6; part += 3) {
       double world[3];
-      multiply_transposed(axes, local + part, world);
+      rotate_back(axes, local + part, world);
       for (double& one : world) one *= sign;
-      multiply_transposed(frame.rotation, world, wrench + part);
+      rotate_back(frame.rotation, world, wrench + part);
     }
-    for (int k = 0; k < 3; ++k) {
-      const int next = (k + 1) % 3, last = (k + 2) % 3;
-      wrench[3 + k] += point[next] * wrench[last] - point[last] * wrench[next];
-    }
-    multiply_transposed(frame.rotation, axes, out_of_pad);
+    double moment[3];
+    cross(point, wrench, moment);
+    for (int k = 0; k < 3; ++k) wrench[3 + k] += moment[k];
+    rotate_back(frame.rotation, axes, out_of_pad);
     for (double& one : out_of_pad) one *= -sign;
   }
 };
@@ -84,7 +75,7 @@ Pose body_pose(const Data* data, int body, const Pose& frame) {
   for (int j = 0; j < 3; ++j) {
     const double column[3] = {rotation[j], rotation[3 + j], rotation[6 + j]};
     double there[3];
-    multiply_transposed(frame.rotation, column, there);
+    rotate_back(frame.rotation, column, there);
     for (int i = 0; i < 3; ++i) pose.rotation[3 * i + j] = rounded_to(there[i], kTurnStep);
   }
   return pose;

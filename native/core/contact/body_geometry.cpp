@@ -6,6 +6,8 @@
 #include <iterator>
 #include <utility>
 
+#include "linalg/vectors.hpp"
+
 namespace mjtactile {
 namespace {
 
@@ -29,16 +31,10 @@ constexpr double kLean = 0.5, kMostLean = 0.21, kLeanShare = 0.8, kLevel = 1e-7,
 // Slope up to which a half space faces the pad if bodies do not tilt onto inclined sides.
 constexpr double kEndlessLean = 1e-3;
 
-double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 Vector in_body(const Pose& local, const double* point) {
   Vector at;
   for (int i = 0; i < 3; ++i) at[static_cast<std::size_t>(i)] = local.position[i] + dot(local.rotation + 3 * i, point);
   return at;
-}
-
-Vector turned(const Pose& local, const double* direction) {
-  return {dot(local.rotation, direction), dot(local.rotation + 3, direction), dot(local.rotation + 6, direction)};
 }
 
 // A flat part of one shape in the body's frame.
@@ -52,7 +48,8 @@ struct Part {
 
 void add_parts(const Shape& shape, std::size_t number, const std::vector<Facet>* facets, std::vector<Part>& parts) {
   const auto add = [&](const double* normal, const std::vector<std::vector<Vector>>& loops, bool endless) {
-    Part part = {number, turned(shape.local, normal), 0.0, endless, {}};
+    Part part = {number, {}, 0.0, endless, {}};
+    rotate(shape.local.rotation, normal, part.up.data());
     for (double& one : part.up) one = -one;
     for (const auto& loop : loops) {
       part.loops.emplace_back();
@@ -102,10 +99,8 @@ void add_parts(const Shape& shape, std::size_t number, const std::vector<Facet>*
 
 // Least coordinate of a shape along a direction of the body's frame [m].
 double least_along(const Shape& shape, const double* up) {
-  Vector own = {0.0, 0.0, 0.0};
-  for (int i = 0; i < 3; ++i) {
-    for (int k = 0; k < 3; ++k) own[static_cast<std::size_t>(i)] += shape.local.rotation[3 * k + i] * up[k];
-  }
+  double own[3];
+  rotate_back(shape.local.rotation, up, own);
   const double middle = dot(shape.local.position, up);
   const double* size = shape.size;
   switch (shape.kind) {
@@ -123,7 +118,7 @@ double least_along(const Shape& shape, const double* up) {
     default: {
       double least = kNowhere;
       for (std::size_t v = 0; v < shape.mesh->vertices.size(); v += 3) {
-        least = std::min(least, dot(shape.mesh->vertices.data() + v, own.data()));
+        least = std::min(least, dot(shape.mesh->vertices.data() + v, own));
       }
       return middle + least;
     }
@@ -155,28 +150,27 @@ void below(const TriangleMesh& mesh, const double* up, double height, Visit&& vi
 // Area of a mesh's triangles, projected along a direction, that is below a gap above a plane but not in the plane
 // [m^2].
 double area_beside(const Shape& shape, const double* up, double height, double gap) {
-  Vector own = {0.0, 0.0, 0.0};
-  for (int i = 0; i < 3; ++i) {
-    for (int k = 0; k < 3; ++k) own[static_cast<std::size_t>(i)] += shape.local.rotation[3 * k + i] * up[k];
-  }
+  double own[3];
+  rotate_back(shape.local.rotation, up, own);
   const double plane = height - dot(shape.local.position, up);
   const TriangleMesh& mesh = *shape.mesh;
   double sum = 0.0;
-  below(mesh, own.data(), plane + gap, [&](std::uint32_t first, std::uint32_t count) {
+  below(mesh, own, plane + gap, [&](std::uint32_t first, std::uint32_t count) {
     for (std::uint32_t f = first; f < first + count; ++f) {
       const double* corner[3];
       double rise[3], least = kNowhere, most = -kNowhere;
       for (std::size_t k = 0; k < 3; ++k) {
         corner[k] = mesh.vertices.data() + 3 * static_cast<std::size_t>(mesh.faces[3 * f + k]);
-        rise[k] = dot(corner[k], own.data()) - plane;
+        rise[k] = dot(corner[k], own) - plane;
         least = std::min(least, rise[k]);
         most = std::max(most, rise[k]);
       }
       if ((most <= kFlatness && least >= -kFlatness) || least >= gap) continue;
       double a[3], b[3];
       for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b[i] = corner[2][i] - corner[0][i];
-      const double normal[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-      const double seen = -0.5 * dot(normal, own.data());
+      double normal[3];
+      cross(a, b, normal);
+      const double seen = -0.5 * dot(normal, own);
       if (mesh.closed ? seen <= 0.0 : seen == 0.0) continue;
       // Fraction of a triangle below a height, from the sorted heights of its corners.
       std::sort(rise, rise + 3);
@@ -205,9 +199,7 @@ void face_axes(const Vector& up, double* rotation) {
   for (std::size_t i = 0; i < 3; ++i) x[i] -= up[i] * along, length += x[i] * x[i];
   length = std::sqrt(length);
   for (std::size_t i = 0; i < 3; ++i) rotation[i] = x[i] / length;
-  rotation[3] = up[1] * rotation[2] - up[2] * rotation[1];
-  rotation[4] = up[2] * rotation[0] - up[0] * rotation[2];
-  rotation[5] = up[0] * rotation[1] - up[1] * rotation[0];
+  cross(up.data(), rotation, rotation + 3);
   std::copy(up.begin(), up.end(), rotation + 6);
 }
 
@@ -321,10 +313,8 @@ void outermost(const Shape& shape, const double* up, double height, double farth
     }
   } else if (shape.kind == ShapeKind::triangles) {
     // Parts that rise more steeply than bodies ever lean are not needed.
-    Vector own = {0.0, 0.0, 0.0};
-    for (int i = 0; i < 3; ++i) {
-      for (int k = 0; k < 3; ++k) own[static_cast<std::size_t>(i)] += shape.local.rotation[3 * k + i] * up[k];
-    }
+    double own[3];
+    rotate_back(shape.local.rotation, up, own);
     const double plane = height - dot(shape.local.position, up);
     const auto passed = [&](const MeshBox& box, double least) {
       double middle[3], square = 0.0;
@@ -334,7 +324,7 @@ void outermost(const Shape& shape, const double* up, double height, double farth
       }
       return pass(in_body(shape.local, middle), std::sqrt(square), least - plane);
     };
-    below(*shape.mesh, own.data(), plane + kSteepest * farthest, [&](std::uint32_t first, std::uint32_t count) {
+    below(*shape.mesh, own, plane + kSteepest * farthest, [&](std::uint32_t first, std::uint32_t count) {
       const std::size_t end = 3 * (static_cast<std::size_t>(first) + count);
       for (std::size_t k = 3 * static_cast<std::size_t>(first); k < end; ++k) {
         visit(in_body(shape.local, shape.mesh->vertices.data() + 3 * static_cast<std::size_t>(shape.mesh->faces[k])));

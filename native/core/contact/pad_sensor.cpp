@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "geometry/hash.hpp"
+#include "linalg/vectors.hpp"
 
 namespace mjtactile {
 namespace {
@@ -728,8 +729,7 @@ std::shared_ptr<const Face> PadSensor<Value>::face_towards(const Touch& touch, P
   const Point at = centre_of_pressure(touch.wrench);
   for (std::size_t i = 0; i < body.sides(); ++i) {
     const FlatSide& seen = body.outlined(i);
-    const double* facing = seen.up();
-    if (up[0] * facing[0] + up[1] * facing[1] + up[2] * facing[2] < kFacing) continue;
+    if (dot(up, seen.up()) < kFacing) continue;
     Face plane;
     std::copy(seen.rotation, seen.rotation + 9, plane.rotation);
     plane.height = seen.height;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "linalg/vectors.hpp"
+
 namespace mjtactile {
 namespace {
 
@@ -19,14 +21,6 @@ constexpr double kSeen = 0.1;
 // Bounds of a piece are found on a grid of so many points along each side, with a margin over the result.
 constexpr int kLines = 9;
 constexpr double kMargin = 0.02;
-
-double product(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-void cross(const double* a, const double* b, double* out) {
-  out[0] = a[1] * b[2] - a[2] * b[1];
-  out[1] = a[2] * b[0] - a[0] * b[2];
-  out[2] = a[0] * b[1] - a[1] * b[0];
-}
 
 // Find the point where a line enters a surface. `along`: its unit direction; `nearest`: a point of it. Sets the point
 // of the pad's plane below, and the surface there. False if the line does not run into the surface.
@@ -69,7 +63,7 @@ void TangentPlane::touch(const OuterSurface& surface, const Point& foot) {
   double *along = axes_, *across = axes_ + 3, *normal = axes_ + 6;
   const double length = std::sqrt(1.0 + at.slopes[0] * at.slopes[0]);
   along[0] = 1.0 / length, along[1] = 0.0, along[2] = at.slopes[0] / length;
-  const double upright[3] = {-at.slopes[0], -at.slopes[1], 1.0}, size = std::sqrt(product(upright, upright));
+  const double upright[3] = {-at.slopes[0], -at.slopes[1], 1.0}, size = std::sqrt(dot(upright, upright));
   for (int k = 0; k < 3; ++k) normal[k] = upright[k] / size;
   cross(normal, along, across);
   if (surface.is_quadric()) {
@@ -211,11 +205,11 @@ void TangentPlane::out_of(const double* here, double* point) const {
 }
 
 void TangentPlane::turn_into(const double* vector, double* here) const {
-  for (int k = 0; k < 3; ++k) here[k] = product(axes_ + 3 * k, vector);
+  rotate(axes_, vector, here);
 }
 
 void TangentPlane::turn_out_of(const double* here, double* vector) const {
-  for (int k = 0; k < 3; ++k) vector[k] = axes_[k] * here[0] + axes_[3 + k] * here[1] + axes_[6 + k] * here[2];
+  rotate_back(axes_, here, vector);
 }
 
 Pose TangentPlane::into(const Pose& pose) const {
@@ -248,7 +242,7 @@ void TangentPlane::wrench_out_of(const double* here, double* wrench) const {
 
 bool centre_of_pressure(const OuterSurface& surface, const double* wrench, Point& centre) {
   const Rectangle& sheet = surface.sheet();
-  const double force = std::sqrt(product(wrench, wrench));
+  const double force = std::sqrt(dot(wrench, wrench));
   const double size = std::max(sheet.east - sheet.west, sheet.north - sheet.south);
   if (!(force > 0.0)) return false;
   double along[3], torsion[3] = {0.0, 0.0, 0.0};   // the line's direction, and the moment along the normal
@@ -262,7 +256,7 @@ bool centre_of_pressure(const OuterSurface& surface, const double* wrench, Point
     if (!goes_in(surface, along, nearest, size, found, at)) return false;
     const double normal[3] = {-at.slopes[0], -at.slopes[1], 1.0};
     // Subtract the torsion, so that the remaining moment is perpendicular to the force.
-    const double turn = product(wrench + 3, along) / product(normal, along);
+    const double turn = dot(wrench + 3, along) / dot(normal, along);
     double changed = 0.0;
     for (int k = 0; k < 3; ++k) {
       changed = std::max(changed, std::abs(turn * normal[k] - torsion[k]));

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "geometry/hash.hpp"
+#include "linalg/vectors.hpp"
 
 namespace mjtactile {
 namespace {
@@ -43,12 +44,6 @@ class Welder {
   std::vector<Key> keys_;
 };
 
-void cross(const double* a, const double* b, double* product) {
-  product[0] = a[1] * b[2] - a[2] * b[1];
-  product[1] = a[2] * b[0] - a[0] * b[2];
-  product[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 bool is_closed(const std::vector<std::int32_t>& faces, std::size_t vertices) {
   const std::vector<MeshEdge> edges = mesh_edges(faces, vertices);
   const auto same = [&](std::size_t a, std::size_t b) {
@@ -72,7 +67,7 @@ double volume(const std::vector<double>& vertices, const std::vector<std::int32_
       for (std::size_t i = 0; i < 3; ++i) corner[k][i] = vertex[i] - origin[i];
     }
     cross(corner[0], corner[1], product);
-    sum += product[0] * corner[2][0] + product[1] * corner[2][1] + product[2] * corner[2][2];
+    sum += dot(product, corner[2]);
   }
   return sum;
 }
@@ -134,7 +129,7 @@ NormalBounds normal_of(const TriangleMesh& mesh, std::size_t triangle) {
   double a[3], b[3], normal[3];
   for (int i = 0; i < 3; ++i) a[i] = corner(1)[i] - corner(0)[i], b[i] = corner(2)[i] - corner(0)[i];
   cross(a, b, normal);
-  const double size = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+  const double size = std::sqrt(dot(normal, normal));
   if (!std::isfinite(size)) return kAnyNormal;
   NormalBounds bounds = kNoNormal;
   for (int i = 0; size > 0.0 && i < 3; ++i) {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "linalg/kernels.hpp"
+#include "linalg/vectors.hpp"
 
 namespace mjtactile {
 namespace {
@@ -219,11 +220,8 @@ void TriangleShadow::corners_of(std::uint32_t triangle, double corner[3][3]) con
 bool TriangleShadow::faces_down(const double corner[3][3], double normal[3]) const {
   double a[3], b[3];
   for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b[i] = corner[2][i] - corner[0][i];
-  normal[0] = a[1] * b[2] - a[2] * b[1];
-  normal[1] = a[2] * b[0] - a[0] * b[2];
-  normal[2] = a[0] * b[1] - a[1] * b[0];
-  const double square = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
-  return normal[2] * normal[2] > kSteep * kSteep * square && !(mesh_->closed && normal[2] > 0.0);
+  cross(a, b, normal);
+  return normal[2] * normal[2] > kSteep * kSteep * dot(normal, normal) && !(mesh_->closed && normal[2] > 0.0);
 }
 
 // Best-first search for the lowest point. Boxes are searched in order of the least height that they may have, until

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "linalg/small.hpp"
+#include "linalg/vectors.hpp"
 
 namespace mjtactile {
 namespace {
@@ -101,7 +102,7 @@ void BentCells::find_loaded_nodes(const SurfaceGrid& grid, double* nodal, std::v
       if (nodal[0] == 0.0 && nodal[1] == 0.0 && nodal[2] == 0.0) continue;
       const double x = grid.node_x(column), y = grid.node_y(row);
       nodes.push_back({nodal, {x - origin[0], y - origin[1], plane_->surface().at(x, y).z - origin[2]},
-                       std::abs(nodal[0] * normal[0] + nodal[1] * normal[1] + nodal[2] * normal[2])});
+                       std::abs(dot(nodal, normal))});
     }
   }
 }
@@ -111,9 +112,11 @@ bool BentCells::correct(const std::vector<LoadedNode>& nodes, double* wrench) co
   const double* origin = plane_->origin();
   double sum[6] = {}, all = 0.0, length = 0.0;
   for (const LoadedNode& node : nodes) {
+    double moment[3];
+    cross(node.arm, node.force, moment);
     for (int k = 0; k < 3; ++k) {
       sum[k] += node.force[k];
-      sum[3 + k] += node.arm[(k + 1) % 3] * node.force[(k + 2) % 3] - node.arm[(k + 2) % 3] * node.force[(k + 1) % 3];
+      sum[3 + k] += moment[k];
       length += node.weight * node.arm[k] * node.arm[k];
     }
     all += node.weight;
@@ -141,11 +144,11 @@ bool BentCells::correct(const std::vector<LoadedNode>& nodes, double* wrench) co
     gram[6 * last + 3 + i] = gram[6 * (3 + i) + last] = first[next];
     for (std::size_t j = 0; j < 3; ++j) gram[6 * (3 + i) + 3 + j] = (i == j ? squares : 0.0) - second[i][j];
   }
-  double left[6];   // missing force and moment, about the plane's origin
+  double left[6], moment[3];   // missing force and moment, about the plane's origin
+  cross(origin, wrench, moment);
   for (int k = 0; k < 3; ++k) {
-    const double moment = origin[(k + 1) % 3] * wrench[(k + 2) % 3] - origin[(k + 2) % 3] * wrench[(k + 1) % 3];
     left[k] = (wrench[k] - sum[k]) / all;
-    left[3 + k] = (wrench[3 + k] - moment - sum[3 + k]) / (all * length);
+    left[3 + k] = (wrench[3 + k] - moment[k] - sum[3 + k]) / (all * length);
   }
   if (!solve_small(6, gram, left, 1, kOpen)) {
     for (int k = 0; k < 3; ++k) {
@@ -155,11 +158,9 @@ bool BentCells::correct(const std::vector<LoadedNode>& nodes, double* wrench) co
     return false;
   }
   for (const LoadedNode& node : nodes) {
-    const double* arm = node.arm;
-    for (int k = 0; k < 3; ++k) {
-      const int next = (k + 1) % 3, last = (k + 2) % 3;
-      node.force[k] += node.weight * (left[k] + (left[3 + next] * arm[last] - left[3 + last] * arm[next]) / length);
-    }
+    double turned[3];
+    cross(left + 3, node.arm, turned);
+    for (int k = 0; k < 3; ++k) node.force[k] += node.weight * (left[k] + turned[k] / length);
   }
   return true;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "linalg/vectors.hpp"
+
 namespace mjtactile {
 
 bool CellEdge::step(const std::vector<double>& tractions, double* step) const {
@@ -62,11 +64,8 @@ void bound_stress(const Face& cells, double strength, double* forces) {
 
 double plane_height(const Face& face, const Pose& pose, double x, double y) {
   double normal[3], point[3];
-  for (int i = 0; i < 3; ++i) {
-    normal[i] = 0.0;
-    for (int k = 0; k < 3; ++k) normal[i] += pose.rotation[3 * i + k] * face.rotation[6 + k];
-    point[i] = pose.position[i] + normal[i] * face.height;
-  }
+  rotate(pose.rotation, face.rotation + 6, normal);
+  for (int i = 0; i < 3; ++i) point[i] = pose.position[i] + normal[i] * face.height;
   return point[2] - (normal[0] * (x - point[0]) + normal[1] * (y - point[1])) / normal[2];
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "linalg/small.hpp"
+#include "linalg/vectors.hpp"
 
 namespace mjtactile {
 namespace {
@@ -18,8 +19,6 @@ constexpr double kRounding = 1e-8;
 constexpr double kLeadIn[] = {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7};
 constexpr int kSteps = 20, kHalvings = 30;
 constexpr double kConverged = 1e-14;
-
-double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 }  // namespace
 
@@ -177,10 +176,7 @@ void ShearGrip::least_resisted(const double* unit, double* direction) const {
   for (int i = 0; i < 3; ++i) axes[0][i] -= unit[least] * unit[i];
   const double size = std::sqrt(dot(axes[0], axes[0]));
   for (int i = 0; i < 3; ++i) axes[0][i] /= size;
-  for (int i = 0; i < 3; ++i) {
-    const int j = (i + 1) % 3, k = (i + 2) % 3;
-    axes[1][i] = unit[j] * axes[0][k] - unit[k] * axes[0][j];
-  }
+  cross(unit, axes[0], axes[1]);
   double place[3] = {};
   if (!descend(place, axes, 2, unit, kRounding, nullptr)) {
     std::fill(place, place + 3, 0.0);
