@@ -203,29 +203,6 @@ void face_axes(const Vector& up, double* rotation) {
   std::copy(up.begin(), up.end(), rotation + 6);
 }
 
-struct Extent {
-  double low[2] = {kNowhere, kNowhere}, high[2] = {-kNowhere, -kNowhere};
-
-  void add(const Point& at) {
-    low[0] = std::min(low[0], at.x), low[1] = std::min(low[1], at.y);
-    high[0] = std::max(high[0], at.x), high[1] = std::max(high[1], at.y);
-  }
-  bool meets(const Extent& other) const {
-    return low[0] <= other.high[0] && high[0] >= other.low[0] && low[1] <= other.high[1] && high[1] >= other.low[1];
-  }
-};
-
-double area_of(const Outline& outline) {
-  double area = 0.0;
-  for (const auto& ring : outline.rings) {
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-      const Point &a = ring[i], &b = ring[(i + 1) % ring.size()];
-      area += (a.x * b.y - b.x * a.y) / 2;
-    }
-  }
-  return area;
-}
-
 // Remove edges that two rings pass in opposite directions, so that adjacent pieces of one face become one outline.
 void join_pieces(Outline& outline, double same) {
   std::vector<Point> corners;
@@ -336,10 +313,7 @@ void outermost(const Shape& shape, const double* up, double height, double farth
 // Least slope from a side's rim to any other point of the body [-].
 double steepness(const std::vector<Shape>& shapes, const FlatSide& side) {
   std::vector<Point> corners;
-  Extent extent;
-  for (const auto& ring : side.outline.rings) {
-    for (const Point& point : ring) corners.push_back(point), extent.add(point);
-  }
+  for (const auto& ring : side.outline.rings) corners.insert(corners.end(), ring.begin(), ring.end());
   const std::vector<Point> hull = convex_hull(std::move(corners));
   double farthest = 0.0;
   for (const Shape& shape : shapes) {
@@ -378,43 +352,35 @@ Outline outline_on(const FlatSide& side, const Part& part) {
       outline.rings.back().push_back({dot(side.rotation, point.data()), dot(side.rotation + 3, point.data())});
     }
   }
-  if (area_of(outline) < 0.0) {
+  if (signed_area(outline) < 0.0) {
     for (auto& ring : outline.rings) std::reverse(ring.begin(), ring.end());
   }
   return outline;
 }
 
-Extent extent_of(const Outline& outline) {
-  Extent extent;
-  for (const auto& ring : outline.rings) {
-    for (const Point& point : ring) extent.add(point);
-  }
-  return extent;
-}
-
-// Whether an extent overlaps none of the known ones. It is added to them.
-bool is_apart(const Extent& extent, std::vector<Extent>& known) {
-  const bool apart = std::none_of(known.begin(), known.end(), [&](const Extent& one) { return extent.meets(one); });
-  known.push_back(extent);
+// Whether bounds meet none of the known ones. They are added to them.
+bool is_apart(const Rectangle& bounds, std::vector<Rectangle>& known) {
+  const bool apart = std::none_of(known.begin(), known.end(), [&](const Rectangle& one) { return bounds.meets(one); });
+  known.push_back(bounds);
   return apart;
 }
 
 // Join a side's pieces into one outline. False if some of them overlap.
 bool join_side_by_side(Outline& outline) {
-  const double before = area_of(outline);
+  const double before = signed_area(outline);
   join_pieces(outline, kFlatness);
-  bool apart = std::abs(area_of(outline) - before) <= kBeside * before;
-  std::vector<Extent> extents;
+  bool apart = std::abs(signed_area(outline) - before) <= kBeside * before;
+  std::vector<Rectangle> known;
   for (const auto& ring : outline.rings) {
     if (signed_area(ring) < 0.0) continue;
-    apart = is_apart(extent_of({{ring}}), extents) && apart;
+    apart = is_apart(around(ring), known) && apart;
   }
   return apart;
 }
 
 // Add all parts in the plane of parts[first], of any shapes, to a side. False if they overlap.
 bool gather(const std::vector<Part>& parts, std::size_t first, std::vector<std::uint8_t>& done, FlatSide& side) {
-  std::vector<Extent> extents;
+  std::vector<Rectangle> known;
   bool apart = true;
   for (std::size_t j = first; j < parts.size(); ++j) {
     const Part& part = parts[j];
@@ -426,7 +392,7 @@ bool gather(const std::vector<Part>& parts, std::size_t first, std::vector<std::
     side.shapes[part.shape] = 1;
     apart = apart && (j == first || !(side.endless || part.endless));
     Outline own = outline_on(side, part);
-    apart = is_apart(extent_of(own), extents) && apart;
+    apart = is_apart(around(own), known) && apart;
     std::move(own.rings.begin(), own.rings.end(), std::back_inserter(side.outline.rings));
   }
   return apart || (!side.endless && join_side_by_side(side.outline));
@@ -448,9 +414,7 @@ BodyGeometry::BodyGeometry(std::vector<Shape> shapes, const std::vector<const st
     side.endless = parts[i].endless;
     side.shapes.assign(shapes_.size(), 0);
     if (!gather(parts, i, done, side)) continue;
-    const Extent extent = extent_of(side.outline);
-    std::copy(extent.low, extent.low + 2, side.low);
-    std::copy(extent.high, extent.high + 2, side.high);
+    side.bounds = around(side.outline);
     sides_.push_back(std::move(side));
   }
 }
@@ -466,7 +430,7 @@ const FlatSide* BodyGeometry::side(std::size_t number) {
 
 bool BodyGeometry::look_at(FlatSide& side) const {
   side.others.clear();
-  const double area = side.endless ? kNowhere : area_of(side.outline);
+  const double area = side.endless ? kNowhere : signed_area(side.outline);
   if (!(area > 0.0)) return false;
   for (std::size_t k = 0; k < shapes_.size(); ++k) {
     const Shape& shape = shapes_[k];
@@ -483,7 +447,7 @@ bool BodyGeometry::look_at(FlatSide& side) const {
     side.most_slope = limits_.level ? kLevel : limits_.leaning ? kMostLean : kEndlessLean;
     return true;
   }
-  const double width = std::max(side.high[0] - side.low[0], side.high[1] - side.low[1]);
+  const double width = std::max(side.bounds.east - side.bounds.west, side.bounds.north - side.bounds.south);
   side.most_slope = limits_.level ? kLevel / width : kLean * limits_.facing_gap / width;
   if (!limits_.level && limits_.leaning) {
     const double others = kLeanShare * steepness(shapes_, side);

@@ -20,7 +20,7 @@ struct FlatSide {
   double height;         // of the side in its own frame [m]
   bool endless;          // the side of a half space, which is larger than any sheet
   Outline outline;       // in the side's frame [m]
-  double low[2], high[2];   // corners of the outline's bounding box [m]; of no use for an endless side
+  Rectangle bounds;      // of the outline [m]; of no use for an endless side
   std::vector<std::uint8_t> shapes;    // for each of the body's shapes: whether a part of the side belongs to it
   std::vector<std::size_t> others;     // shapes, not of the side, that extend to its plane or beyond; when looked at
   bool looked_at = false, usable = false;

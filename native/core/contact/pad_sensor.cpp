@@ -760,15 +760,12 @@ std::shared_ptr<const Face> PadSensor<Value>::face_towards(const Touch& touch, P
 template <typename Value>
 bool PadSensor<Value>::may_cover(const FlatSide& side, const Placement& placement) const {
   if (side.endless) return true;
-  const Rectangle over = sheet();
-  double low[2] = {kNowhere, kNowhere}, high[2] = {-kNowhere, -kNowhere};
-  for (int k = 0; k < 4; ++k) {
-    const Point corner =
-        placement({(k & 1) != 0 ? side.high[0] : side.low[0], (k & 2) != 0 ? side.high[1] : side.low[1]});
-    low[0] = std::min(low[0], corner.x), high[0] = std::max(high[0], corner.x);
-    low[1] = std::min(low[1], corner.y), high[1] = std::max(high[1], corner.y);
+  const auto& [west, south, east, north] = side.bounds;
+  Rectangle placed = kNoRectangle;
+  for (const Point& corner : {Point{west, south}, {east, south}, {east, north}, {west, north}}) {
+    placed = around(placed, placement(corner));
   }
-  return low[0] <= over.east && high[0] >= over.west && low[1] <= over.north && high[1] >= over.south;
+  return placed.meets(sheet());
 }
 
 template <typename Value>

@@ -60,8 +60,7 @@ bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rec
     PlacedShape& placed = placed_[count_];
     placed.place(shape, pose, sheet, range);
     const double *low = placed.low(), *high = placed.high();
-    const bool over = low[0] < sheet.east && high[0] > sheet.west && low[1] < sheet.north && high[1] > sheet.south;
-    if (!over || !(low[2] <= ceiling_) || !(high[2] >= floor_)) continue;
+    if (!placed.is_over(sheet) || !(low[2] <= ceiling_) || !(high[2] >= floor_)) continue;
     ++count_;
     whole_ = around(whole_, {low[0], low[1], high[0], high[1]});
     const std::size_t first = candidates_.size();

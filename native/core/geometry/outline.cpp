@@ -132,27 +132,35 @@ double signed_area(const std::vector<Point>& ring) {
   return area;
 }
 
+double signed_area(const Outline& outline) {
+  double area = 0.0;
+  for (const std::vector<Point>& ring : outline.rings) area += signed_area(ring);
+  return area;
+}
+
+Rectangle around(const Outline& outline) {
+  Rectangle all = kNoRectangle;
+  for (const std::vector<Point>& ring : outline.rings) all = around(all, around(ring));
+  return all;
+}
+
 bool clip_outline(const Outline& outline, const Placement& placement, const Rectangle& sheet, Outline& result) {
   static thread_local Workspace workspace;
   result.rings.resize(outline.rings.size());
-  double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
   for (std::size_t k = 0; k < outline.rings.size(); ++k) {
     result.rings[k].clear();
     for (const Point& corner : outline.rings[k]) {
       const Point at = placement(corner);
       if (!std::isfinite(at.x) || !std::isfinite(at.y)) return false;
-      low[0] = std::min(low[0], at.x), high[0] = std::max(high[0], at.x);
-      low[1] = std::min(low[1], at.y), high[1] = std::max(high[1], at.y);
       result.rings[k].push_back(at);
     }
   }
-  if (low[0] < sheet.west) cut({0, sheet.west, 1.0}, result, workspace);
-  if (low[1] < sheet.south) cut({1, sheet.south, 1.0}, result, workspace);
-  if (high[0] > sheet.east) cut({0, sheet.east, -1.0}, result, workspace);
-  if (high[1] > sheet.north) cut({1, sheet.north, -1.0}, result, workspace);
-  double area = 0.0;
-  for (const std::vector<Point>& ring : result.rings) area += signed_area(ring);
-  return area > kNoArea * sheet.area();
+  const Rectangle bounds = around(result);
+  if (bounds.west < sheet.west) cut({0, sheet.west, 1.0}, result, workspace);
+  if (bounds.south < sheet.south) cut({1, sheet.south, 1.0}, result, workspace);
+  if (bounds.east > sheet.east) cut({0, sheet.east, -1.0}, result, workspace);
+  if (bounds.north > sheet.north) cut({1, sheet.north, -1.0}, result, workspace);
+  return signed_area(result) > kNoArea * sheet.area();
 }
 
 double share_on_rim(const Outline& clipped, const Rectangle& sheet) {

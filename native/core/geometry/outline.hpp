@@ -19,7 +19,11 @@ bool clip_outline(const Outline& outline, const Placement& placement, const Rect
 // The share of an outline's length, after it was clipped, that lies on the sheet's rim [-].
 double share_on_rim(const Outline& clipped, const Rectangle& sheet);
 
-// The area that a ring encloses [m^2], negative if the ring runs clockwise.
+// The area that a ring encloses [m^2], negative if the ring runs clockwise; and that of an outline.
 double signed_area(const std::vector<Point>& ring);
+double signed_area(const Outline& outline);
+
+// The least rectangle that contains an outline.
+Rectangle around(const Outline& outline);
 
 }  // namespace mjtactile

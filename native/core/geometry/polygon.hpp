@@ -16,6 +16,10 @@ struct Rectangle {
   double west, south, east, north;
 
   bool holds(double x, double y) const { return x >= west && x <= east && y >= south && y <= north; }
+  // Whether they have a point in common.
+  bool meets(const Rectangle& other) const {
+    return west <= other.east && east >= other.west && south <= other.north && north >= other.south;
+  }
   double area() const { return (east - west) * (north - south); }
 };
 
@@ -28,6 +32,9 @@ inline Rectangle common(const Rectangle& a, const Rectangle& b) {
 inline Rectangle around(const Rectangle& a, const Rectangle& b) {
   return {std::min(a.west, b.west), std::min(a.south, b.south), std::max(a.east, b.east), std::max(a.north, b.north)};
 }
+
+// The least rectangle that contains a rectangle and a point.
+inline Rectangle around(const Rectangle& a, const Point& at) { return around(a, Rectangle{at.x, at.y, at.x, at.y}); }
 
 // The empty rectangle, the neutral element of around().
 constexpr Rectangle kNoRectangle = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),

@@ -76,8 +76,7 @@ bool may_reach(const Shape& shape, const Pose& body, const Rectangle& over, doub
     }
     low[i] = at - around, high[i] = at + around;
   }
-  return low[0] <= over.east && high[0] >= over.west && low[1] <= over.north && high[1] >= over.south &&
-         high[2] >= floor;
+  return over.meets({low[0], low[1], high[0], high[1]}) && high[2] >= floor;
 }
 
 void PlacedShape::place(const Shape& shape, const Pose& body, const Rectangle& part, const HeightRange& range) {
@@ -87,8 +86,7 @@ void PlacedShape::place(const Shape& shape, const Pose& body, const Rectangle& p
   mesh_ = shape.mesh.get();
   find_box();
   if (kind_ == ShapeKind::triangles) {
-    const bool over = low_[0] < part.east && high_[0] > part.west && low_[1] < part.north && high_[1] > part.south;
-    if (over) shadow_.cast(*mesh_, pose_, part, range.floor, range.reach, range.surface);
+    if (is_over(part)) shadow_.cast(*mesh_, pose_, part, range.floor, range.reach, range.surface);
     return;
   }
   const double per[3] = {1.0 / size_[0], 1.0 / size_[0], 1.0 / size_[0]};

@@ -46,6 +46,10 @@ class PlacedShape {
   bool is_box_above(double floor) const { return kind_ == ShapeKind::box && low_[2] >= floor; }
   // Restrict a part of a segment to where a box is no higher than a plane, given its heights at the segment's ends [m].
   void keep_below(const Segment& line, const double (&plane)[2], SegmentPart& part) const;
+  // Whether the bounding box is over a part of a rectangle, not just over its rim.
+  bool is_over(const Rectangle& part) const {
+    return low_[0] < part.east && high_[0] > part.west && low_[1] < part.north && high_[1] > part.south;
+  }
   // Lower and upper corner (3) of the bounding box in the pad frame [m]; infinite for a half space.
   const double* low() const { return low_; }
   const double* high() const { return high_; }

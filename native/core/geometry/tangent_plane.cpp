@@ -95,7 +95,7 @@ SeenPiece TangentPlane::piece(const Rectangle& above) const {
       const double point[3] = {x, y, surface_->at(x, y).z};
       double here[3];
       into(point, here);
-      seen = around(seen, {here[0], here[1], here[0], here[1]});
+      seen = around(seen, Point{here[0], here[1]});
       lowest = std::min(lowest, here[2]), highest = std::max(highest, here[2]);
     }
   }

@@ -189,9 +189,8 @@ TriangleShadow::Span TriangleShadow::span(const MeshBox& box, int axis) const {
   return {low, high};
 }
 
-// Whether no triangle of a box is over the part.
-bool TriangleShadow::is_beside(const MeshBox& box) const {
-  const Span x = span(box, 0), y = span(box, 1);
+// Whether bounds are not over the part.
+bool TriangleShadow::is_beside(const Span& x, const Span& y) const {
   return x.low > part_.east || x.high < part_.west || y.low > part_.north || y.high < part_.south;
 }
 
@@ -271,7 +270,7 @@ void TriangleShadow::find_lowest() {
   const auto reach = [&](const MeshBox& box) {
     const Span z = span(box, 2);
     if (!(z.high >= floor_) || !(z.low < lowest_ - 2 * slack_) || !may_face_down(box)) return kInfinite;
-    return is_beside(box) ? kInfinite : std::max(z.low, floor_);
+    return is_beside(span(box, 0), span(box, 1)) ? kInfinite : std::max(z.low, floor_);
   };
   walk_down(lowest_, reach, [&](std::uint32_t t) {
     double corner[3][3], normal[3];
@@ -297,7 +296,8 @@ bool TriangleShadow::left_out_below(const InclinedPlane& plane) {
     const MeshBox& box = mesh_->boxes[number];
     double least = origin;
     for (int i = 0; i < 3; ++i) least += std::min(row[i] * box.low[i], row[i] * box.high[i]);
-    if (least >= slack_ || span(box, 2).high <= ceiling_ || !may_face_down(box) || is_beside(box)) continue;
+    if (least >= slack_ || span(box, 2).high <= ceiling_ || !may_face_down(box)) continue;
+    if (is_beside(span(box, 0), span(box, 1))) continue;
     if (box.second != 0) {
       stack_.push_back(box.second);
       stack_.push_back(number + 1);
@@ -327,7 +327,7 @@ void TriangleShadow::gather() {
     const Span z = span(box, 2);
     if (!(z.high >= floor_) || !may_face_down(box)) continue;
     const Span x = span(box, 0), y = span(box, 1);
-    if (x.low > part_.east || x.high < part_.west || y.low > part_.north || y.high < part_.south) continue;
+    if (is_beside(x, y)) continue;
     if (z.low > ceiling_) {
       cut_ = true;
       continue;
@@ -620,7 +620,7 @@ void TriangleShadow::lower_by_eights(double floor, PaddedPoints& points) const {
   for (std::size_t first = 0; first < points.count(); first += kEight) {
     const std::size_t end = std::min(points.count(), first + std::size_t{kEight});
     Rectangle box = kNoRectangle;
-    for (std::size_t i = first; i < end; ++i) box = around(box, {points.x[i], points.y[i], points.x[i], points.y[i]});
+    for (std::size_t i = first; i < end; ++i) box = around(box, Point{points.x[i], points.y[i]});
     if (!buckets_over(box, range)) continue;
     if (range.count() > kMostBuckets) {
       for (std::size_t i = first; i < end; ++i) {

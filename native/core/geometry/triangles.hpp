@@ -79,7 +79,7 @@ class TriangleShadow {
   // Bounds that also hold points which are on them but for rounding. Vertices are placed here and by a kernel, whose
   // rounding differs.
   Span widened(const Span& bounds) const { return {bounds.low - slack_, bounds.high + slack_}; }
-  bool is_beside(const MeshBox& box) const;
+  bool is_beside(const Span& x, const Span& y) const;
   bool may_face_down(const MeshBox& box) const;
   Span corner_span(std::uint32_t triangle, int axis, double corner[3][3]) const;
   void corners_of(std::uint32_t triangle, double corner[3][3]) const;

@@ -134,15 +134,9 @@ double own_direction(const Outline& outline) {
 PlacedCells placed_cells(const Outline& outline, std::size_t count) {
   const Point origin = outline.rings.front().front();
   const double angle = own_direction(outline), cosine = std::cos(angle), sine = std::sin(angle);
-  Point low = origin, high = origin;
-  for (const std::vector<Point>& ring : outline.rings) {
-    for (const Point& corner : ring) {
-      low = {std::min(low.x, corner.x), std::min(low.y, corner.y)};
-      high = {std::max(high.x, corner.x), std::max(high.y, corner.y)};
-    }
-  }
+  const Rectangle bounds = around(outline);
   // Corners are rounded to a grid, because rounding errors of a moving punch must not make it another shape.
-  const double size = std::max(high.x - low.x, high.y - low.y);
+  const double size = std::max(bounds.east - bounds.west, bounds.north - bounds.south);
   OutlineKey key = {{}, std::exp2(std::floor(std::log2(kSameShape * size))), count};
   for (const std::vector<Point>& ring : outline.rings) {
     key.rings.emplace_back();
