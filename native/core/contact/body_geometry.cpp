@@ -6,6 +6,7 @@
 #include <iterator>
 #include <utility>
 
+#include "linalg/angles.hpp"
 #include "linalg/vectors.hpp"
 
 namespace mjtactile {
@@ -13,7 +14,6 @@ namespace {
 
 using Vector = std::array<double, 3>;
 
-constexpr double kPi = 3.14159265358979323846;
 // Points within this distance of a plane [m] lie in it. Directions that differ by less than this [-] are equal.
 constexpr double kFlatness = 1e-6, kSameDirection = 1e-6;
 // Number of corners of the polygon that replaces a circle.
@@ -82,9 +82,9 @@ void add_parts(const Shape& shape, std::size_t number, const std::vector<Facet>*
       const double normal[3] = {0.0, 0.0, sign};
       std::vector<Vector> loop;
       // A polygon with the circle's area.
-      const double radius = shape.size[0] * std::sqrt(2.0 * kPi / kCircle / std::sin(2.0 * kPi / kCircle));
+      const double radius = shape.size[0] * std::sqrt(kTurn / kCircle / std::sin(kTurn / kCircle));
       for (int k = 0; k < kCircle; ++k) {
-        const double angle = 2.0 * kPi * k / kCircle;
+        const double angle = kTurn * k / kCircle;
         loop.push_back({radius * std::cos(angle), radius * std::sin(angle), sign * shape.size[1]});
       }
       add(normal, {loop}, false);
@@ -273,12 +273,12 @@ void outermost(const Shape& shape, const double* up, double height, double farth
              shape.kind == ShapeKind::ellipsoid) {
     const bool round = shape.kind != ShapeKind::cylinder;
     for (int j = 0; j < kAround; ++j) {
-      const double c = std::cos(2.0 * kPi * j / kAround), s = std::sin(2.0 * kPi * j / kAround);
+      const double c = std::cos(kTurn * j / kAround), s = std::sin(kTurn * j / kAround);
       if (shape.kind != ShapeKind::ellipsoid) {
         for (const double end : {-size[1], size[1]}) at(size[0] * c, size[0] * s, end);
       }
       for (int i = 0; round && i <= kPolar; ++i) {
-        const double across = std::sin(kPi * i / kPolar), along = std::cos(kPi * i / kPolar);
+        const double across = std::sin(kHalfTurn * i / kPolar), along = std::cos(kHalfTurn * i / kPolar);
         if (shape.kind == ShapeKind::ellipsoid) {
           at(size[0] * across * c, size[1] * across * s, size[2] * along);
         } else {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "linalg/angles.hpp"
+
 namespace mjtactile {
 
 // The power of a body whose area below `higher` times the level is `more` times that below the level; 0 if it is not
@@ -20,9 +22,8 @@ inline double height_power(double higher, double more) {
 // sinks in c_m times as deep as this height. The force is 2 m c_m / (m + 1) times that of a flat punch of the contact's
 // area at this depth (Sneddon, Int. J. Engng Sci. 3, 1965).
 inline double end_over_level(double m) {
-  constexpr double kHalfPi = 1.57079632679489661923;
   constexpr double kCorrection = 1.25;   // from contacts of cones and paraboloids
-  const double c = std::sqrt(kHalfPi * (m + 0.5));  // accurate to 2 % for m >= 1
+  const double c = std::sqrt(kHalfTurn / 2 * (m + 0.5));  // accurate to 2 % for m >= 1
   return kCorrection * std::pow((m + 1.0) / (m * c), m / (m + 1.0));
 }
 

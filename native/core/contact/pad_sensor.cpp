@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "geometry/hash.hpp"
+#include "linalg/angles.hpp"
 #include "linalg/vectors.hpp"
 
 namespace mjtactile {
@@ -17,7 +18,6 @@ constexpr double kSteady = 8.0;
 // A face that extends beyond the sheet is cut at the sheet's edge, for a placement rounded to this [m, rad]. The error
 // of the edge is a hundredth of the depth of the first taxels. A right angle is a multiple of the angle's step, so that
 // scenes turned by it are cut alike.
-constexpr double kRightAngle = 1.57079632679489661923;
 constexpr double kCutStep = 5e-6, kCutTurn = kRightAngle / 3142;
 constexpr std::size_t kMostCutFaces = 64;
 // Share of a cut outline that must lie on the sheet's rim for cells along the sheet's axes. It is not a ratio of simple

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <utility>
 
+#include "linalg/angles.hpp"
+
 namespace mjtactile {
 namespace {
 
@@ -360,7 +362,7 @@ class FacetFinder {
         for (auto next = from_vertex(step->to); next != steps.end() && next->from == step->to; ++next) {
           const auto there = flat(next->to);
           double turn = behind - std::atan2(there[1] - here[1], there[0] - here[0]);
-          if (turn <= 0.0) turn += 2 * 3.14159265358979323846;
+          if (turn <= 0.0) turn += kTurn;
           if (turn < least) least = turn, best = &*next;
         }
         step = best;
@@ -430,7 +432,7 @@ class FacetFinder {
     std::array<double, 2> from = at(0);
     double middle = 0.0, least = -4.0, most = 4.0, furthest = 0.0;
     bool open = false;
-    const auto wrapped = [](double angle) { return std::remainder(angle, 2 * 3.14159265358979323846); };
+    const auto wrapped = [](double angle) { return std::remainder(angle, kTurn); };
     for (std::size_t i = 1; i <= count; ++i) {
       for (;;) {
         const auto here = at(i);

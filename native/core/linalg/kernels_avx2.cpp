@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "linalg/angles.hpp"
 #include "linalg/kernels_sets.hpp"
 
 namespace mjtactile::avx2 {

@@ -726,7 +726,6 @@ inline double angle_of(double adjacent, double opposite, double hypotenuse) {
 // exchanged.
 inline void integrate_shear_kernels(const double* x, const double* y, std::size_t count, double* const* values) {
   constexpr double kLeast = 1e-140;  // as in integrate_inverse_distance()
-  constexpr double kQuarter = 1.570796326794896619231;
   constexpr std::size_t kAtOnce = 8, kRows = 5;
   for (std::size_t first = 0; first < count; first += kAtOnce) {
     const std::size_t taken = count - first < kAtOnce ? count - first : kAtOnce;
@@ -743,7 +742,7 @@ inline void integrate_shear_kernels(const double* x, const double* y, std::size_
       const double both = a * b * r * (1.0 / 3.0) + (a * a_square * up + b * b_square * right) * (1.0 / 6.0);
       out[1][k] = std::copysign(both, u * v);
       out[2][k] = cube + 0.5 * b_square * (a * right - r);
-      const double of_x = angle_of(safe_a, b, r), of_y = kQuarter - of_x;  // atan(b / a) and atan(a / b)
+      const double of_x = angle_of(safe_a, b, r), of_y = kRightAngle - of_x;  // atan(b / a) and atan(a / b)
       const double log_r = logarithm(r + kLeast);
       const double for_x = a * (3.0 * b_square - a_square) * log_r + 3.0 * a_square * b * of_x + b * b_square * of_y;
       const double for_y = b * (3.0 * a_square - b_square) * log_r + 3.0 * b_square * a * of_y + a * a_square * of_x;

@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "linalg/angles.hpp"
 #include "linalg/kernels_sets.hpp"
 
 namespace mjtactile::plain {

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "contact/cells/face_cells.hpp"
+#include "linalg/angles.hpp"
 
 namespace mjtactile {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 // Outlines share cells if they agree to this fraction of their size after a rigid motion.
 constexpr double kSameShape = 2e-12;
 // Number of shapes whose cells are kept. Their half-space integrals take longer than everything else.
@@ -33,8 +33,8 @@ struct Side {
 };
 
 double within_quarter(double angle) {
-  const double turned = std::fmod(angle + kPi / 4, kPi / 2);
-  return (turned < 0.0 ? turned + kPi / 2 : turned) - kPi / 4;
+  const double turned = std::fmod(angle + kRightAngle / 2, kRightAngle);
+  return (turned < 0.0 ? turned + kRightAngle : turned) - kRightAngle / 2;
 }
 
 double levelled(double angle) { return std::abs(angle) < kLevel ? 0.0 : angle; }
@@ -124,7 +124,7 @@ double own_direction(const Outline& outline) {
     }
   }
   const double most = *std::max_element(shared.begin(), shared.end());
-  double best = kPi;
+  double best = kTurn;
   for (std::size_t i = 0; i < sides.size(); ++i) {
     if (shared[i] >= (1.0 - kAlike) * most && std::abs(sides[i].angle) < std::abs(best)) best = sides[i].angle;
   }
