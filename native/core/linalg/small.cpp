@@ -115,10 +115,15 @@ void MotionStiffness::invert(const double* load, const Openness& openness, doubl
   }
 }
 
-void pseudo_inverse(std::size_t size, const double* matrix, double least, double* inverse) {
+void solve_semidefinite(std::size_t size, const double* matrix, double least, const double* right, double* solution) {
   const double unloaded[kMostSmall] = {};
+  double inverse[kMostSmall * kMostSmall];
   const MotionStiffness stiffness(size, matrix);
   stiffness.invert(unloaded, {std::max(least * stiffness.largest(), 0.0), 0.0}, inverse);
+  for (std::size_t i = 0; i < size; ++i) {
+    solution[i] = 0.0;
+    for (std::size_t j = 0; j < size; ++j) solution[i] += inverse[i * size + j] * right[j];
+  }
 }
 
 }  // namespace mjtactile

@@ -44,8 +44,8 @@ class MotionStiffness {
   double values_[kMostSmall], vectors_[kMostSmall * kMostSmall];   // eigenvalues, and eigenvectors as columns
 };
 
-// The inverse of a positive semidefinite matrix on the directions whose eigenvalues are more than `least` of the
-// largest, and zero on the others.
-void pseudo_inverse(std::size_t size, const double* matrix, double least, double* inverse);
+// Solve a positive semidefinite system (size, size) on the directions whose eigenvalues are more than `least` of the
+// largest. The solution has no part along the others.
+void solve_semidefinite(std::size_t size, const double* matrix, double least, const double* right, double* solution);
 
 }  // namespace mjtactile

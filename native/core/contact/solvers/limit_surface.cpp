@@ -63,7 +63,7 @@ void ShearGrip::resultants(const double* shear, double* resultants) const {
 
 void ShearGrip::proportional(const double* wanted, double* shear) const {
   const std::size_t cells = count();
-  double gram[9] = {}, inverse[9], motion[3] = {};
+  double gram[9] = {}, motion[3];
   for (std::size_t i = 0; i < cells; ++i) {
     const double share = normal_[i] / pressing_;
     gram[0] += share;
@@ -72,8 +72,7 @@ void ShearGrip::proportional(const double* wanted, double* shear) const {
     gram[8] += share * (x_[i] * x_[i] + y_[i] * y_[i]);
   }
   gram[4] = gram[0], gram[6] = gram[2], gram[7] = gram[5];
-  pseudo_inverse(3, gram, kOpen, inverse);
-  for (int i = 0; i < 3; ++i) motion[i] = dot(inverse + 3 * i, wanted);
+  solve_semidefinite(3, gram, kOpen, wanted, motion);
   for (std::size_t i = 0; i < cells; ++i) {
     const double share = normal_[i] / pressing_;
     shear[i] = share * (motion[0] - y_[i] * motion[2]);
@@ -143,15 +142,12 @@ bool ShearGrip::descend(double* place, const double (*axes)[3], std::size_t unkn
   double measure = 1.0;
   if (pull != nullptr) measure += std::sqrt(dot(pull, pull));
   for (int step = 0; step < kSteps; ++step) {
-    double slope[3] = {}, curvature[9] = {}, inverse[9], change[3] = {}, size = 0.0, fall = 0.0;
+    double slope[3] = {}, curvature[9] = {}, change[3], size = 0.0, fall = 0.0;
     const double value = value_at(place, slope, curvature);
     for (std::size_t k = 0; k < unknowns; ++k) size = std::max(size, std::abs(slope[k]));
     if (!(size > kConverged * measure)) return true;
-    pseudo_inverse(unknowns, curvature, 1e-15, inverse);
-    for (std::size_t k = 0; k < unknowns; ++k) {
-      for (std::size_t l = 0; l < unknowns; ++l) change[k] -= inverse[k * unknowns + l] * slope[l];
-      fall -= slope[k] * change[k];
-    }
+    solve_semidefinite(unknowns, curvature, 1e-15, slope, change);
+    for (std::size_t k = 0; k < unknowns; ++k) change[k] = -change[k], fall -= slope[k] * change[k];
     if (!(fall > 0.0) || !std::isfinite(fall)) return false;
     double share = 1.0, next[3] = {}, next_slope[3];
     for (int halving = 0; halving < kHalvings; ++halving, share *= 0.5) {

@@ -141,16 +141,13 @@ bool PartialSlip::newton_step(bool all_stick, bool same_system, WorkLimit& limit
     }
   }
   solve_forward(factor_, right_);
-  double stiffness[9], flexibility[9], left[3], motion[3] = {};
+  double stiffness[9], left[3], motion[3];
   missing(left);
   for (std::size_t m = 0; m < 3; ++m) {
     left[m] -= dot(modes_.data() + m * size, radial_step_.data(), size) + dot(right_[m + 1], right_[0], count);
     for (std::size_t n = 0; n < 3; ++n) stiffness[3 * m + n] = dot(right_[m + 1], right_[n + 1], count);
   }
-  pseudo_inverse(3, stiffness, kOpen, flexibility);
-  for (std::size_t m = 0; m < 3; ++m) {
-    for (std::size_t n = 0; n < 3; ++n) motion[m] += flexibility[3 * m + n] * left[n];
-  }
+  solve_semidefinite(3, stiffness, kOpen, left, motion);
   for (std::size_t m = 0; m < 3; ++m) motion_[m] += motion[m];
   for (std::size_t k = 0; k < size; ++k) shear_[k] += radial_step_[k];
   double* step = right_[0];
@@ -314,15 +311,12 @@ bool PartialSlip::interior_step(const PathState& here) {
   }
   if (!factor(factor_)) return false;
   solve_forward(factor_, right_);
-  double stiffness[9], flexibility[9], left[3], motion[3] = {};
+  double stiffness[9], left[3], motion[3];
   for (std::size_t m = 0; m < 3; ++m) {
     left[m] = here.missing[m] - dot(right_[m + 1], right_[0], size);
     for (std::size_t n = 0; n < 3; ++n) stiffness[3 * m + n] = dot(right_[m + 1], right_[n + 1], size);
   }
-  pseudo_inverse(3, stiffness, kOpen, flexibility);
-  for (std::size_t m = 0; m < 3; ++m) {
-    for (std::size_t n = 0; n < 3; ++n) motion[m] += flexibility[3 * m + n] * left[n];
-  }
+  solve_semidefinite(3, stiffness, kOpen, left, motion);
   change_.resize(size);
   for (std::size_t k = 0; k < size; ++k) {
     change_[k] = right_[0][k];
@@ -355,7 +349,7 @@ double PartialSlip::share_inside() {
 bool PartialSlip::balance() {
   const std::size_t cells = cells_, size = 2 * cells;
   for (int round = 0; round < 2; ++round) {
-    double gram[9] = {}, inverse[9], left[3], motion[3] = {};
+    double gram[9] = {}, left[3], motion[3];
     missing(left);
     slack_.resize(cells);
     for (std::size_t i = 0; i < cells; ++i) {
@@ -368,10 +362,7 @@ bool PartialSlip::balance() {
         }
       }
     }
-    pseudo_inverse(3, gram, kOpen, inverse);
-    for (std::size_t m = 0; m < 3; ++m) {
-      for (std::size_t n = 0; n < 3; ++n) motion[m] += inverse[3 * m + n] * left[n];
-    }
+    solve_semidefinite(3, gram, kOpen, left, motion);
     for (std::size_t i = 0; i < cells; ++i) {
       for (std::size_t m = 0; m < 3; ++m) {
         shear_[i] += slack_[i] * motion[m] * modes_[m * size + i];
@@ -397,17 +388,14 @@ void PartialSlip::start_near_sliding(const double* direction) {
   const std::size_t cells = cells_, size = 2 * cells;
   const double along[3] = {direction[0], direction[1], direction[2] * lever_unit_};
   // The rigid motion that fits the surface's displacement best.
-  double gram[9], inverse[9], fit[3], rigid[3] = {};
+  double gram[9], fit[3], rigid[3];
   std::fill(motion_, motion_ + 3, 0.0);
   displace();
   for (std::size_t m = 0; m < 3; ++m) {
     fit[m] = dot(modes_.data() + m * size, displacement_.data(), size);
     for (std::size_t n = 0; n < 3; ++n) gram[3 * m + n] = dot(modes_.data() + m * size, modes_.data() + n * size, size);
   }
-  pseudo_inverse(3, gram, kOpen, inverse);
-  for (std::size_t m = 0; m < 3; ++m) {
-    for (std::size_t n = 0; n < 3; ++n) rigid[m] += inverse[3 * m + n] * fit[n];
-  }
+  solve_semidefinite(3, gram, kOpen, fit, rigid);
   double aim = 0.0;
   for (std::size_t m = 0; m < 3; ++m) aim += wanted_[m] * along[m];
   double low = kShortest, high = kFarthest;

@@ -32,18 +32,16 @@ void SecantMixing::next(const std::vector<double>& image, std::vector<double>& p
   point = image;
   known_ = true;
   if (kept_ == 0) return;
-  double gram[kDepth * kDepth], inverse[kDepth * kDepth], along[kDepth];
+  double gram[kDepth * kDepth], along[kDepth], shares[kDepth];
   for (std::size_t a = 0; a < kept_; ++a) {
     along[a] = dot(residual_changes_[a].data(), residual_.data(), size);
     for (std::size_t b = 0; b < kept_; ++b) {
       gram[a * kept_ + b] = dot(residual_changes_[a].data(), residual_changes_[b].data(), size);
     }
   }
-  pseudo_inverse(kept_, gram, kOpen, inverse);
+  solve_semidefinite(kept_, gram, kOpen, along, shares);
   for (std::size_t a = 0; a < kept_; ++a) {
-    double share = 0.0;
-    for (std::size_t b = 0; b < kept_; ++b) share += inverse[a * kept_ + b] * along[b];
-    for (std::size_t i = 0; i < size; ++i) point[i] -= share * image_changes_[a][i];
+    for (std::size_t i = 0; i < size; ++i) point[i] -= shares[a] * image_changes_[a][i];
   }
 }
 
