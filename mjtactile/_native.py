@@ -99,7 +99,7 @@ def use_instruction_set(name: str) -> None:
 
 
 def basis_bytes() -> int:
-    """Memory that cached wrench bases take in this process [bytes]; at most 256 MiB for each precision."""
+    """Memory that cached wrench bases take in this process [bytes]; at most 256 MiB."""
     return int(library().mjt_basis_bytes())
 
 

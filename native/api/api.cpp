@@ -21,10 +21,6 @@ namespace {
 struct Scratch {
   SurfaceGrid::Workspace grid;
   SurfaceCompliance::Workspace compliance;
-  StressMap<float>::Workspace map;
-  StressMap<double>::Workspace twofold_map;
-  std::vector<float> response;
-  std::vector<double> twofold_response;
   std::vector<TractionEdge> edges;
   Matrix matrix;
   RigidContact contact;
@@ -40,8 +36,9 @@ Scratch& scratch() {
 }
 
 template <typename Value>
-void read(const StressMap<Value>& map, typename StressMap<Value>::Workspace& workspace, std::vector<Value>& response,
-          const double* forces, double* readings) {
+void read(const StressMap<Value>& map, const double* forces, double* readings) {
+  static thread_local typename StressMap<Value>::Workspace workspace;
+  static thread_local std::vector<Value> response;
   response.assign(map.response_size, Value(0));
   map.add_response(forces, workspace, response.data());
   map.readings(response.data(), workspace, readings);
@@ -140,12 +137,7 @@ void mjt_pad_free(mjt_pad* pad) { delete pad; }
 size_t mjt_pad_bytes(const mjt_pad* pad) { return pad->pad->bytes(); }
 
 void mjt_readings(const mjt_pad* pad, const double* forces, double* readings) {
-  Scratch& kept = scratch();
-  if (pad->pad->twofold()) {
-    read(pad->pad->deviatoric<double>(), kept.twofold_map, kept.twofold_response, forces, readings);
-  } else {
-    read(pad->pad->deviatoric<float>(), kept.map, kept.response, forces, readings);
-  }
+  std::visit([&](const auto& maps) { read(maps.deviatoric, forces, readings); }, pad->pad->maps());
 }
 
 void mjt_traction_forces(size_t count_x, const double* ends_x, size_t count_y, const double* ends_y, size_t count,
@@ -229,7 +221,7 @@ int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose,
   touch.pose = pose_of(pose);
   std::copy(wrench, wrench + 6, touch.wrench);
   touch.sunk = sunk;
-  AnySensor sensor(pad->pad, options, facing_gap, 1e-6);
+  PadSensor sensor(pad->pad, options, facing_gap, 1e-6);
   sensor.keep_nodal_forces(true);
   sensor.press(&touch, 1, {});
   std::copy(sensor.nodal_forces().begin(), sensor.nodal_forces().end(), nodal_forces);
@@ -240,7 +232,7 @@ int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose,
   return 1;
 }
 
-size_t mjt_basis_bytes(void) { return BasisCache<float>::shared().bytes() + BasisCache<double>::shared().bytes(); }
+size_t mjt_basis_bytes(void) { return BasisCache::shared().bytes(); }
 
 namespace {
 

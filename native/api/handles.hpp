@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <utility>
-#include <variant>
 #include <vector>
 
 #include "api/api.h"
@@ -54,55 +52,5 @@ inline Pose pose_of(const double* numbers) {
   std::copy(numbers + 3, numbers + 12, pose.rotation);
   return pose;
 }
-
-// A sensor of a pad in single or in double precision.
-class AnySensor {
- public:
-  AnySensor(const std::shared_ptr<const Pad>& pad, LawOptions options, double facing_gap, double tolerance)
-      : sensor_(make(pad, options, facing_gap, tolerance)) {}
-
-  void press(const Touch* touches, std::size_t count, const Steadiness& before) {
-    std::visit([&](auto& sensor) { sensor->press(touches, count, before); }, sensor_);
-  }
-  const Pressed& pressed() const {
-    return std::visit([](const auto& sensor) -> const Pressed& { return sensor->pressed(); }, sensor_);
-  }
-  void readings(double* to) {
-    std::visit([&](auto& sensor) { sensor->readings(to); }, sensor_);
-  }
-  void stress(double* to) {
-    std::visit([&](auto& sensor) { sensor->stress(to); }, sensor_);
-  }
-  void keep_nodal_forces(bool keep, bool only = false) {
-    std::visit([&](auto& sensor) { sensor->keep_nodal_forces(keep, only); }, sensor_);
-  }
-  const std::vector<double>& nodal_forces() const {
-    return std::visit([](const auto& sensor) -> const std::vector<double>& { return sensor->nodal_forces(); }, sensor_);
-  }
-  Steadiness after(const Steadiness& before) const {
-    return std::visit([&](const auto& sensor) { return sensor->after(before); }, sensor_);
-  }
-  void set_patience(double times) {
-    std::visit([&](auto& sensor) { sensor->set_patience(times); }, sensor_);
-  }
-  void carry_any_torsion() {
-    std::visit([](auto& sensor) { sensor->carry_any_torsion(); }, sensor_);
-  }
-  const std::vector<Segment>& rim() const {
-    return std::visit([](const auto& sensor) -> const std::vector<Segment>& { return sensor->rim(); }, sensor_);
-  }
-  SolvedCells solved_cells(std::size_t touch) const {
-    return std::visit([&](const auto& sensor) { return sensor->solved_cells(touch); }, sensor_);
-  }
-
- private:
-  using Either = std::variant<std::unique_ptr<PadSensor<float>>, std::unique_ptr<PadSensor<double>>>;
-  static Either make(const std::shared_ptr<const Pad>& pad, LawOptions options, double facing_gap, double tolerance) {
-    if (pad->twofold()) return std::make_unique<PadSensor<double>>(pad, options, facing_gap, tolerance);
-    return std::make_unique<PadSensor<float>>(pad, options, facing_gap, tolerance);
-  }
-
-  Either sensor_;
-};
 
 }  // namespace mjtactile

@@ -60,7 +60,7 @@ struct mjt_footprint {
 struct mjt_press {
   std::shared_ptr<const Pad> pad;
   LawOptions options;
-  AnySensor sensor;
+  PadSensor sensor;
   std::vector<Touch> touches;
   std::vector<SolvedCells> solved;   // of each body; valid until the next press
   std::vector<std::vector<Segment>> rims;    // of each body: edges of its area under pressure
@@ -225,7 +225,7 @@ mjt_press* mjt_press_new(const mjt_pad* pad, const char* law, const char* tangen
   options.narrowest = narrowest;
   // Footprints have no body geometry: their lowest part is known, so that the facing gap is 0, and no pose is rounded.
   auto* made =
-      new mjt_press{pad->pad, options, AnySensor(pad->pad, options, 0.0, 1e-6), {}, {}, {}, {}, {}, {}, {}, {}, {}};
+      new mjt_press{pad->pad, options, PadSensor(pad->pad, options, 0.0, 1e-6), {}, {}, {}, {}, {}, {}, {}, {}, {}};
   made->sensor.keep_nodal_forces(true, true);
   made->sensor.set_patience(kPatience);
   made->sensor.carry_any_torsion();

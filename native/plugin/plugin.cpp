@@ -167,7 +167,7 @@ mjt_reader* mjt_reader_new(const mjt_instance* instance, int geom) {
 void mjt_reader_read(mjt_reader* reader, const void* model, const void* data, double* readings, double* stress,
                      double* forces, double* wrench, double* carried, double* state) {
   Reader& own = reader->reader;
-  AnySensor& sensor = own.sensor();
+  PadSensor& sensor = own.sensor();
   sensor.keep_nodal_forces(forces != nullptr);
   // A reader has no state in the simulation. So a pose never counts as steady, and contacts of sleeping bodies are
   // those of the last reading.

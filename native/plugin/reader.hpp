@@ -26,8 +26,8 @@ class Reader {
   Steadiness after() const;
   const double* wrench() const { return contacts_.wrench; }
   const double* health() const { return health_; }
-  AnySensor& sensor() { return sensor_; }
-  const AnySensor& sensor() const { return sensor_; }
+  PadSensor& sensor() { return sensor_; }
+  const PadSensor& sensor() const { return sensor_; }
   const std::shared_ptr<const Pad>& pad() const { return pad_; }
   int geom() const { return geom_; }
   const std::shared_ptr<Context>& context() const { return context_; }
@@ -42,7 +42,7 @@ class Reader {
   std::shared_ptr<Context> context_;
   ModelGeometry geometry_;
   std::shared_ptr<const Pad> pad_;
-  AnySensor sensor_;
+  PadSensor sensor_;
   Steadiness before_;
   bool presses_ = false;    // whether the last reading computed the pad's response
   Contacts contacts_;

@@ -24,36 +24,39 @@ std::uint64_t BasisKey::hash() const {
   return hash;
 }
 
-template <typename Value>
-BasisCache<Value>& BasisCache<Value>::shared() {
+BasisCache& BasisCache::shared() {
   static BasisCache cache;
   return cache;
 }
 
-template <typename Value>
-std::shared_ptr<const Basis<Value>> BasisCache<Value>::find(const BasisKey& key, const Face& face,
-                                                            const double* wrench, std::vector<double>& weights,
-                                                            CellContact::Workspace& workspace) {
+// Of the bases of a contact, the one with this number; null if there are not so many.
+std::shared_ptr<const Basis> BasisCache::take(const BasisKey& key, std::size_t number) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  ++searches_;
+  if (number == 0) ++searches_;
   const auto range = places_.equal_range(key.hash());
   for (auto place = range.first; place != range.second; ++place) {
     const auto entry = place->second;
-    if (entry->key == key && entry->basis->contact.weights(face, key.options, wrench, weights, workspace)) {
-      entries_.splice(entries_.begin(), entries_, entry);
-      entry->used = searches_;
-      return entry->basis;
-    }
+    if (!(entry->key == key) || number-- > 0) continue;
+    entries_.splice(entries_.begin(), entries_, entry);
+    entry->used = searches_;
+    return entry->basis;
   }
   return nullptr;
 }
 
-template <typename Value>
-void BasisCache<Value>::keep(const BasisKey& key, std::shared_ptr<const Basis<Value>> basis, std::size_t bytes) {
+std::shared_ptr<const Basis> BasisCache::find(const BasisKey& key, const double* wrench, std::vector<double>& weights,
+                                              CellContact::Workspace& workspace) {
+  for (std::size_t number = 0;; ++number) {
+    std::shared_ptr<const Basis> basis = take(key, number);
+    if (basis == nullptr || basis->contact.weights(*key.face, key.options, wrench, weights, workspace)) return basis;
+  }
+}
+
+void BasisCache::keep(const BasisKey& key, std::shared_ptr<const Basis> basis) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  entries_.push_front({key, std::move(basis), bytes, searches_});
+  bytes_ += basis->bytes();
+  entries_.push_front({key, std::move(basis), searches_});
   places_.emplace(key.hash(), entries_.begin());
-  bytes_ += bytes;
   while (entries_.size() > 1) {
     const auto last = std::prev(entries_.end());
     if (bytes_ <= kMostBasisBytes && searches_ - last->used < kForgotten) break;
@@ -64,18 +67,14 @@ void BasisCache<Value>::keep(const BasisKey& key, std::shared_ptr<const Basis<Va
         break;
       }
     }
-    bytes_ -= last->bytes;
+    bytes_ -= last->basis->bytes();
     entries_.pop_back();
   }
 }
 
-template <typename Value>
-std::size_t BasisCache<Value>::bytes() {
+std::size_t BasisCache::bytes() {
   const std::lock_guard<std::mutex> lock(mutex_);
   return bytes_;
 }
-
-template class BasisCache<float>;
-template class BasisCache<double>;
 
 }  // namespace mjtactile

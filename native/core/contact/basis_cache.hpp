@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <unordered_map>
+#include <variant>
 #include <vector>
 
 #include "contact/cells/face.hpp"
@@ -16,13 +17,17 @@
 
 namespace mjtactile {
 
-// A solved contact and the pad's responses to its parts, one column per part (see CellContact::parts).
-template <typename Value>
+// A solved contact and the pad's responses to its parts, one column per part (see CellContact::parts), in the precision
+// of its maps.
 struct Basis {
   std::shared_ptr<const Face> face;
   std::shared_ptr<const Pad> pad;
   CellContact contact;
-  Columns<Value> responses;
+  std::variant<Columns<float>, Columns<double>> responses;
+
+  std::size_t bytes() const {
+    return std::visit([](const auto& columns) { return columns.bytes(); }, responses);
+  }
 };
 
 // The contact to which a basis belongs.
@@ -38,26 +43,25 @@ struct BasisKey {
 
 // The wrench bases of this process. Beyond a limit of memory, the least recently used ones are dropped. Its functions
 // may be called from several threads.
-template <typename Value>
 class BasisCache {
  public:
   static BasisCache& shared();
 
   // A basis whose parts add up to a wrench (6) [N, N m], and the weights of the parts (parts); null if none is kept.
-  std::shared_ptr<const Basis<Value>> find(const BasisKey& key, const Face& face, const double* wrench,
-                                           std::vector<double>& weights, CellContact::Workspace& workspace);
-  // Add a basis of a given size [bytes].
-  void keep(const BasisKey& key, std::shared_ptr<const Basis<Value>> basis, std::size_t bytes);
+  std::shared_ptr<const Basis> find(const BasisKey& key, const double* wrench, std::vector<double>& weights,
+                                    CellContact::Workspace& workspace);
+  void keep(const BasisKey& key, std::shared_ptr<const Basis> basis);
   // Memory of all bases.
   std::size_t bytes();
 
  private:
   struct Entry {
     BasisKey key;
-    std::shared_ptr<const Basis<Value>> basis;
-    std::size_t bytes;
-    std::uint64_t used;  // number of the search that found it last
+    std::shared_ptr<const Basis> basis;
+    std::uint64_t used;  // number of the search that met it last
   };
+  std::shared_ptr<const Basis> take(const BasisKey& key, std::size_t number);
+
   std::mutex mutex_;
   std::list<Entry> entries_;  // latest used first
   std::unordered_multimap<std::uint64_t, typename std::list<Entry>::iterator> places_;

@@ -21,25 +21,22 @@ Columns<Value> filled(const double* matrix, const std::vector<std::size_t>& orde
 
 Pad::Pad(SurfaceGrid surface, Precision precision, const CornerSpread* corners)
     : surface_(std::move(surface)), precision_(precision) {
-  prepare(float_maps_, corners);
-  prepare(double_maps_, corners);
-}
-
-template <typename Value>
-void Pad::prepare(Maps<Value>& maps, const CornerSpread* corners) const {
-  maps.mean.coordinates = 1;
-  for (StressMap<Value>* map : {&maps.deviatoric, &maps.mean}) {
-    map->nodes_x = corners == nullptr ? surface_.nodes_x() : corners->corners_x();
-    map->nodes_y = corners == nullptr ? surface_.nodes_y() : corners->corners_y();
-    if (corners != nullptr) map->spread.push_back(*corners);
-  }
+  if (precision == Precision::twofold) maps_.emplace<Maps<double>>();
+  std::visit([&](auto& maps) {
+    maps.mean.coordinates = 1;
+    for (auto* map : {&maps.deviatoric, &maps.mean}) {
+      map->nodes_x = corners == nullptr ? surface_.nodes_x() : corners->corners_x();
+      map->nodes_y = corners == nullptr ? surface_.nodes_y() : corners->corners_y();
+      if (corners != nullptr) map->spread.push_back(*corners);
+    }
+  }, maps_);
 }
 
 void Pad::set_mirrors(bool x, bool y, const double* signs) {
-  set_mirrors_of(float_maps_.deviatoric, x, y, signs);
-  set_mirrors_of(float_maps_.mean, x, y, signs);
-  set_mirrors_of(double_maps_.deviatoric, x, y, signs);
-  set_mirrors_of(double_maps_.mean, x, y, signs);
+  std::visit([&](auto& maps) {
+    set_mirrors_of(maps.deviatoric, x, y, signs);
+    set_mirrors_of(maps.mean, x, y, signs);
+  }, maps_);
 }
 
 template <typename Value>
@@ -56,28 +53,22 @@ void Pad::set_mirrors_of(StressMap<Value>& map, bool x, bool y, const double* si
 void Pad::add_layer(const AveragingRows& rows, Precision precision) {
   points_.push_back(rows.points);
   stored_.push_back(precision);
-  if (twofold()) {
-    add_layer_to(double_maps_.deviatoric, rows);
-    add_layer_to(double_maps_.mean, rows);
-  } else {
-    add_layer_to(float_maps_.deviatoric, rows);
-    add_layer_to(float_maps_.mean, rows);
-  }
+  taxels_ += rows.taxels;
+  std::visit([&](auto& maps) {
+    add_layer_to(maps.deviatoric, rows);
+    add_layer_to(maps.mean, rows);
+  }, maps_);
 }
 
 void Pad::set_class(std::size_t c, std::size_t count, const std::int32_t* columns, const double* signs,
                     const MatrixFactors* layers, bool mean) {
   has_mean_ = has_mean_ || mean;
-  if (twofold()) {
-    set_class_of(mean ? double_maps_.mean : double_maps_.deviatoric, c, count, columns, signs, layers);
-  } else {
-    set_class_of(mean ? float_maps_.mean : float_maps_.deviatoric, c, count, columns, signs, layers);
-  }
+  std::visit([&](auto& maps) { set_class_of(mean ? maps.mean : maps.deviatoric, c, count, columns, signs, layers); },
+             maps_);
 }
 
 std::size_t Pad::bytes() const {
-  return float_maps_.deviatoric.bytes() + float_maps_.mean.bytes() + double_maps_.deviatoric.bytes() +
-         double_maps_.mean.bytes();
+  return std::visit([](const auto& maps) { return maps.deviatoric.bytes() + maps.mean.bytes(); }, maps_);
 }
 
 template <typename Value>

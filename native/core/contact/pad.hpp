@@ -4,8 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "contact/cells/compliance.hpp"
@@ -47,6 +47,12 @@ struct Tile {
 
 class Pad {
  public:
+  // Matrices from nodal forces to deviatoric stress, whose norm readings are means of, and to mean stress.
+  template <typename Value>
+  struct Maps {
+    StressMap<Value> deviatoric, mean;
+  };
+
   // `precision`: the widest of the layers'. `corners`: how loads are replaced by forces on the elements' corners; null
   // if tables have columns of all nodes.
   Pad(SurfaceGrid surface, Precision precision, const CornerSpread* corners);
@@ -83,37 +89,16 @@ class Pad {
   const std::vector<double>& saturation() const { return saturation_; }
   double depth() const { return range_.depth; }
   std::size_t layers() const { return points_.size(); }
-  std::size_t taxels() const { return twofold() ? double_maps_.deviatoric.taxels : float_maps_.deviatoric.taxels; }
+  std::size_t taxels() const { return taxels_; }
   std::size_t bytes() const;
-  bool twofold() const { return precision_ == Precision::twofold; }
   Precision precision() const { return precision_; }
   // Whether whole stress tensors can be computed.
   bool has_mean() const { return has_mean_; }
 
-  template <typename Value>
-  const StressMap<Value>& deviatoric() const {
-    return maps<Value>().deviatoric;
-  }
-  template <typename Value>
-  const StressMap<Value>& mean() const {
-    return maps<Value>().mean;
-  }
+  // In double precision if that is the widest of the layers', else in single precision.
+  const std::variant<Maps<float>, Maps<double>>& maps() const { return maps_; }
 
  private:
-  template <typename Value>
-  struct Maps {
-    StressMap<Value> deviatoric, mean;
-  };
-  template <typename Value>
-  const Maps<Value>& maps() const {
-    if constexpr (std::is_same<Value, double>::value) {
-      return double_maps_;
-    } else {
-      return float_maps_;
-    }
-  }
-  template <typename Value>
-  void prepare(Maps<Value>& maps, const CornerSpread* corners) const;
   template <typename Value>
   void set_mirrors_of(StressMap<Value>& map, bool x, bool y, const double* signs);
   template <typename Value>
@@ -132,8 +117,8 @@ class Pad {
   std::vector<double> saturation_;
   bool has_mean_ = false;
   std::vector<std::size_t> points_;  // of each layer
-  Maps<float> float_maps_;
-  Maps<double> double_maps_;
+  std::size_t taxels_ = 0;
+  std::variant<Maps<float>, Maps<double>> maps_;
 };
 
 }  // namespace mjtactile

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -110,26 +111,25 @@ void add_rim(const SolvedCells& solved, std::vector<Segment>& edges) {
   }
 }
 
-template <typename Value>
-PadSensor<Value>::PadSensor(std::shared_ptr<const Pad> pad, LawOptions options, double facing_gap, double tolerance)
-    : pad_(std::move(pad)), options_(options), facing_gap_(facing_gap), tolerance_(tolerance) {
+PadSensor::PadSensor(std::shared_ptr<const Pad> pad, LawOptions options, double facing_gap, double tolerance)
+    : pad_(std::move(pad)), options_(options), facing_gap_(facing_gap), tolerance_(tolerance),
+      response_(std::visit([this](const auto& maps) -> decltype(response_) {
+        return Response(maps, pad_->has_mean());
+      }, pad_->maps())) {
   if (!(options_.narrowest > 0.0)) options_.narrowest = kNarrowest * pad_->depth();
   options_.facing_gap = facing_gap_;
   shear_.set_patience(std::max(std::pow(static_cast<double>(options_.cells) / kQuick, 3.0), 1.0));
-  response_.resize(pad_->template deviatoric<Value>().response_size);
-  if (pad_->has_mean()) mean_response_.resize(pad_->template mean<Value>().response_size);
   forces_.resize(3 * pad_->surface().nodes_x() * pad_->surface().nodes_y());
 }
 
-template <typename Value>
-void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Steadiness& before) {
+void PadSensor::press(const Touch* touches, std::size_t count, const Steadiness& before) {
   begin(count);
   if (!touched_) return;
   key_ = key_of(touches, count);
   const double largest = largest_of(touches, count);
   if (!std::isfinite(largest)) {
     // The simulation has diverged, so no result would be right.
-    set_response(std::numeric_limits<Value>::quiet_NaN());
+    set_response(std::numeric_limits<double>::quiet_NaN());
     std::fill(pressed_.carried, pressed_.carried + 6, std::numeric_limits<double>::quiet_NaN());
     pressed_.range = std::numeric_limits<double>::quiet_NaN();
     note(Event::refused, touches[0], largest, largest);
@@ -149,12 +149,11 @@ void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Stea
     finish(touches[i], *presses_[i]);
     if (keeps_forces_) add_rim(solved_cells(i), rim_);
   }
-  if (!begun_) set_response(Value(0));  // nothing was added
+  if (!begun_) set_response(0.0);  // nothing was added
 }
 
 // Reset all results to those of a pad without contact.
-template <typename Value>
-void PadSensor<Value>::begin(std::size_t count) {
+void PadSensor::begin(std::size_t count) {
   touched_ = count > 0;
   key_ = 0.0;
   power_ = 0;
@@ -169,17 +168,17 @@ void PadSensor<Value>::begin(std::size_t count) {
   solved_.assign(count, 0);
 }
 
-template <typename Value>
-void PadSensor<Value>::set_response(Value value) {
-  std::fill(response_.begin(), response_.end(), value);
-  std::fill(mean_response_.begin(), mean_response_.end(), value);
+void PadSensor::set_response(double value) {
+  std::visit([value](auto& own) {
+    std::fill(own.deviatoric.begin(), own.deviatoric.end(), value);
+    std::fill(own.mean.begin(), own.mean.end(), value);
+  }, response_);
   begun_ = true;
   kept_.basis.reset();
 }
 
 // Hash of the touching bodies and their rounded poses.
-template <typename Value>
-double PadSensor<Value>::key_of(const Touch* touches, std::size_t count) const {
+double PadSensor::key_of(const Touch* touches, std::size_t count) const {
   std::uint64_t hash = count;
   for (std::size_t i = 0; i < count; ++i) {
     hash = mixed(hash, static_cast<std::uint64_t>(touches[i].body));
@@ -191,8 +190,7 @@ double PadSensor<Value>::key_of(const Touch* touches, std::size_t count) const {
 }
 
 // Solve one body's contact as if it were alone. `place`: index of its BodyPress.
-template <typename Value>
-void PadSensor<Value>::press_alone(const Touch& seen, std::size_t place, bool steady) {
+void PadSensor::press_alone(const Touch& seen, std::size_t place, bool steady) {
   BodyPress& press = *presses_[place];
   // A body without a load keeps the plane in which its last contact lies.
   const bool loaded = std::any_of(seen.wrench, seen.wrench + 6, [](double one) { return one != 0.0; });
@@ -212,15 +210,13 @@ void PadSensor<Value>::press_alone(const Touch& seen, std::size_t place, bool st
   note_carried(seen, std::array<double, 6>{}.data());
 }
 
-template <typename Value>
-Steadiness PadSensor<Value>::after(const Steadiness& before) const {
+Steadiness PadSensor::after(const Steadiness& before) const {
   if (!touched_) return {};
   return {key_, before.pose == key_ ? std::min(before.steps + 1.0, kSteady) : 1.0};
 }
 
 // Solve one body's contact on cells, on a flat face or by its shape. False if its geometry does not face the pad.
-template <typename Value>
-bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::shared_ptr<const Face>& face,
+bool PadSensor::solve(const Touch& touch, BodyPress& press, const std::shared_ptr<const Face>& face,
                              const Placement& placement) {
   press.keeps = face;
   press.flat = face != nullptr;
@@ -236,8 +232,7 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
 }
 
 // Solve the contact of a body's own shapes. False if none of them faces the pad.
-template <typename Value>
-bool PadSensor<Value>::press_shapes(const Touch& touch, BodyPress& press) {
+bool PadSensor::press_shapes(const Touch& touch, BodyPress& press) {
   const auto bears = [&](double force) { return force > kBears * pressing(touch); };
   const double whole = press_above(touch, press, -pad_->depth());
   const double turned = press.patch.tilt();
@@ -260,8 +255,7 @@ bool PadSensor<Value>::press_shapes(const Touch& touch, BodyPress& press) {
 
 // Solve the contact of the parts of a body's shapes above a floor [m]. Returns the force that it carries [N], 0 if
 // there is no contact.
-template <typename Value>
-double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, double floor) {
+double PadSensor::press_above(const Touch& touch, BodyPress& press, double floor) {
   const double reach = kReach * pad_->depth(), borne = press_within(touch, press, floor, reach);
   const bool beyond = borne > 0.0 && touches_beyond(reach, touch, press);
   return beyond ? press_within(touch, press, floor, pad_->depth()) : borne;
@@ -269,8 +263,7 @@ double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, doubl
 
 // Whether the contact is so deep, or tilts the body so far, that parts of its meshes out of reach touch. If the tilt is
 // not settled, whether they may.
-template <typename Value>
-bool PadSensor<Value>::touches_beyond(double reach, const Touch& touch, BodyPress& press) const {
+bool PadSensor::touches_beyond(double reach, const Touch& touch, BodyPress& press) const {
   const Rectangle over = press.gap.bounds();
   const Point at = centre_of_pressure(touch.wrench);
   const double farthest =
@@ -284,8 +277,7 @@ bool PadSensor<Value>::touches_beyond(double reach, const Touch& touch, BodyPres
 }
 
 // As press_above(), with meshes up to a height above their lowest point [m].
-template <typename Value>
-double PadSensor<Value>::press_within(const Touch& touch, BodyPress& press, double floor, double reach) {
+double PadSensor::press_within(const Touch& touch, BodyPress& press, double floor, double reach) {
   const TangentPlane* plane = plane_of(press);
   const Rectangle part = plane == nullptr ? sheet() : plane->whole().bounds;
   // Over a curved pad, the body may be anywhere between the surface's lowest and highest point.
@@ -304,8 +296,7 @@ double PadSensor<Value>::press_within(const Touch& touch, BodyPress& press, doub
 }
 
 // Press with MuJoCo's contact points, each with its own force, if the geometry does not face the pad.
-template <typename Value>
-bool PadSensor<Value>::press_points(const Touch& seen, const BodyPress& press) {
+bool PadSensor::press_points(const Touch& seen, const BodyPress& press) {
   const TangentPlane* plane = plane_of(press);
   const Touch& touch = curved() ? press.here : seen;
   const Rectangle over = plane == nullptr ? sheet() : plane->whole().bounds;
@@ -330,15 +321,13 @@ bool PadSensor<Value>::press_points(const Touch& seen, const BodyPress& press) {
 }
 
 // Add the edges of the squares about contact points to the rim. `plane`: in whose frame they are; null on a flat pad.
-template <typename Value>
-void PadSensor<Value>::add_squares(const TangentPlane* plane) {
+void PadSensor::add_squares(const TangentPlane* plane) {
   const auto here = [plane](const double* at) { return plane == nullptr ? Point{at[0], at[1]} : plane->on_pad(at); };
   for (const CellEdge& edge : points_.face().edges) rim_.push_back({here(edge.start), here(edge.end)});
 }
 
 // Solve the contact of a body that is given by its heights over the pad.
-template <typename Value>
-bool PadSensor<Value>::press_map(const Touch& touch, BodyPress& press) {
+bool PadSensor::press_map(const Touch& touch, BodyPress& press) {
   const TangentPlane* plane = plane_of(press);
   if (plane == nullptr) {
     return press.patch.solve(*touch.map, surface(sheet()), touch.wrench, press.workspace);
@@ -349,8 +338,7 @@ bool PadSensor<Value>::press_map(const Touch& touch, BodyPress& press) {
 }
 
 // Transform a touch into the frame of the tangent plane at the body's centre of pressure on a curved pad.
-template <typename Value>
-const Touch& PadSensor<Value>::turned(const Touch& touch, BodyPress& press) const {
+const Touch& PadSensor::turned(const Touch& touch, BodyPress& press) const {
   Point foot = {0.0, 0.0};
   if (!centre_of_pressure(pad_->outer(), touch.wrench, foot)) {
     double all = 0.0;
@@ -377,8 +365,7 @@ const Touch& PadSensor<Value>::turned(const Touch& touch, BodyPress& press) cons
 }
 
 // Solve each body in turn on the surface as deformed by the others, until no force changes (Gauss-Seidel).
-template <typename Value>
-void PadSensor<Value>::couple(const Touch* touches, std::size_t count) {
+void PadSensor::couple(const Touch* touches, std::size_t count) {
   for (int round = 0; round < kRounds; ++round) {
     double change = 0.0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -406,8 +393,7 @@ void PadSensor<Value>::couple(const Touch* touches, std::size_t count) {
 }
 
 // Add to press.sunk how far another body lowers the surface under this body's cells [m].
-template <typename Value>
-void PadSensor<Value>::sink(const BodyPress& other, BodyPress& press) {
+void PadSensor::sink(const BodyPress& other, BodyPress& press) {
   const auto on_surface = [this](const BodyPress& one, const Bend& bend) {
     const double* points = curved() ? one.laid().on_pad().data() : one.workspace.placed.data();
     return SurfaceCells{one.cells().cells(), points, 1, one.cells().areas.data(), nullptr, curved() ? &bend : nullptr};
@@ -417,8 +403,7 @@ void PadSensor<Value>::sink(const BodyPress& other, BodyPress& press) {
                                  others_, press.sunk.data());
 }
 
-template <typename Value>
-void PadSensor<Value>::finish(const Touch& touch, BodyPress& press) {
+void PadSensor::finish(const Touch& touch, BodyPress& press) {
   const CellContact& contact = press.contact();
   const Face& cells = press.cells();
   press.forces.resize(3 * cells.cells());
@@ -445,8 +430,7 @@ void PadSensor<Value>::finish(const Touch& touch, BodyPress& press) {
 
 // Compute the nodal forces of a contact on a curved pad. Cells press along their own normals, which have components
 // along the tangent plane. These carry a part of the tangential force, and shear carries the rest.
-template <typename Value>
-void PadSensor<Value>::put_on_curved_nodes(BodyPress& press) {
+void PadSensor::put_on_curved_nodes(BodyPress& press) {
   const CellContact& contact = press.contact();
   const Face& cells = press.cells();
   double along[3], carried[6];
@@ -464,15 +448,13 @@ void PadSensor<Value>::put_on_curved_nodes(BodyPress& press) {
 
 // Gradients of the body's height above cells that lean; null if none leans. All cells of a flat face lean alike. A law
 // without shapes does not follow the body's.
-template <typename Value>
-const std::vector<Point>* PadSensor<Value>::gradients(const BodyPress& press) const {
+const std::vector<Point>* PadSensor::gradients(const BodyPress& press) const {
   const bool leans = !press.flat && options_.law->shapes() && options_.tangential->leans();
   return leans ? &press.patch.gradients() : nullptr;
 }
 
 // Compute the leans of a contact's cells under the forces on them.
-template <typename Value>
-void PadSensor<Value>::balance_leans(BodyPress& press) {
+void PadSensor::balance_leans(BodyPress& press) {
   const std::vector<Point>* gradients = this->gradients(press);
   if (gradients == nullptr) return;
   press.pressing.resize(gradients->size());
@@ -482,8 +464,7 @@ void PadSensor<Value>::balance_leans(BodyPress& press) {
 
 // Compute the forces on the cells if shear is bounded by friction or is not in proportion to the pressure. False if it
 // is plainly in proportion, or if no solution was found.
-template <typename Value>
-bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
+bool PadSensor::shear(const Touch& touch, BodyPress& press) {
   const TangentialChoice& choice = *options_.tangential;
   const bool plain = !choice.couples() && options_.friction < 0.0 && !(any_torsion_ && touch.wrench[5] != 0.0);
   if (plain || !press.contact().exact()) return false;
@@ -515,8 +496,7 @@ bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
 }
 
 // Solve law "uniform" on a flat face exactly, without cells.
-template <typename Value>
-bool PadSensor<Value>::press_linear(const Touch& touch, const Face& face, const Placement& placement) {
+bool PadSensor::press_linear(const Touch& touch, const Face& face, const Placement& placement) {
   if (!uniform_.solve(face, placement, pad_->surface(), touch.wrench, options_.friction, forces_.data())) return false;
   const double area = uniform_.traction().integrals().area;
   if (options_.strength > 0.0 && pressing(touch) > options_.strength / 2 * area) return false;
@@ -529,78 +509,93 @@ bool PadSensor<Value>::press_linear(const Touch& touch, const Face& face, const 
   return true;
 }
 
-template <typename Value>
-bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<const Face>& face) {
+bool PadSensor::press_steady(const Touch& touch, const std::shared_ptr<const Face>& face) {
   if (options_.tangential->couples() || options_.friction >= 0.0 || power_ != 0) return false;
   const BasisKey key = {pad_.get(), face.get(), rounded(touch.pose, tolerance_), options_};
-  auto& cache = BasisCache<Value>::shared();
-  std::shared_ptr<const Basis<Value>> basis = cache.find(key, *face, touch.wrench, weights_, workspace_);
-  if (basis == nullptr) {
-    Placement placement = kUnmoved;
-    if (!face->cut && !place(*face, at(key.pose, tolerance_), placement)) return false;
-    CellContact contact;
-    contact.place(*face, placement, surface(sheet()), workspace_);
-    contact.press(*face, surface(sheet()), {touch.wrench}, workspace_);
-    std::vector<std::uint8_t> at_end;
-    // Another load would need other cells.
-    if (!contact.linear() || ends_coarsely(*face, contact, at_end)) return false;
-    if (!contact.make_parts(*face, *options_.law, workspace_)) return false;
-    if (!contact.weights(*face, options_, touch.wrench, weights_, workspace_)) return false;
-    const auto& map = pad_->template deviatoric<Value>();
-    // A column has one scale for all layers, so bytes would leave the deep layers too few digits.
-    const Precision stored = pad_->precision() == Precision::byte ? Precision::half : pad_->precision();
-    Columns<Value> responses(contact.parts(), map.response_size, stored);
-    std::vector<Value> response(map.response_size);
-    std::vector<double> unit(contact.parts()), twofold(map.response_size);
-    part_forces_.resize(3 * face->cells());
-    for (std::size_t p = 0; p < contact.parts(); ++p) {
-      std::fill(unit.begin(), unit.end(), 0.0);
-      unit[p] = 1.0;
-      contact.part_forces(*face, unit, part_forces_.data());
-      contact.nodal_forces(*face, pad_->surface(), {part_forces_.data()}, workspace_, forces_.data());
-      std::fill(response.begin(), response.end(), Value(0));
-      map.add_response(forces_.data(), map_workspace_, response.data());
-      std::copy(response.begin(), response.end(), twofold.begin());
-      responses.set(p, twofold.data());
-    }
-    const std::size_t bytes = responses.bytes();
-    basis = std::make_shared<const Basis<Value>>(Basis<Value>{face, pad_, std::move(contact), std::move(responses)});
-    cache.keep(key, basis, bytes);
-  }
+  std::shared_ptr<const Basis> basis = BasisCache::shared().find(key, touch.wrench, weights_, workspace_);
+  if (basis == nullptr) basis = make_basis(key, face, touch.wrench);
+  if (basis == nullptr) return false;
   double carried[6];
   basis->contact.carried(*face, touch.wrench, carried);
   note_contact(touch, carried, basis->contact.pressed_area(),
                basis->contact.indentation() * pressing(touch) / basis->contact.pressed_with());
   note_carried(touch, carried);
-  part_weights_.assign(weights_.begin(), weights_.end());
-  if (kept_.holds(basis, part_weights_)) {
-    begun_ = true;
-    return true;
-  }
-  set_response(Value(0));
-  for (std::size_t i = every_.size(); i < part_weights_.size(); ++i) every_.push_back(static_cast<std::uint32_t>(i));
-  basis->responses.add(every_.data(), part_weights_.data(), part_weights_.size(), response_.data());
-  kept_.basis = basis;
-  kept_.weights = part_weights_;
-  kept_.readings.clear();
+  std::visit([&](auto& own) { combine(basis, own); }, response_);
   return true;
 }
 
-template <typename Value>
-void PadSensor<Value>::note(Event event, const Touch& touch, double pressure, double indentation) {
-  pressed_.notes.push_back({event, touch.body, pressure, indentation});
+// A basis of a face at a pose, for loads like this one, and the weights of its parts; null if it has none.
+std::shared_ptr<const Basis> PadSensor::make_basis(const BasisKey& key, const std::shared_ptr<const Face>& face,
+                                                   const double* wrench) {
+  Placement placement = kUnmoved;
+  if (!face->cut && !place(*face, at(key.pose, tolerance_), placement)) return nullptr;
+  CellContact contact;
+  contact.place(*face, placement, surface(sheet()), workspace_);
+  contact.press(*face, surface(sheet()), {wrench}, workspace_);
+  std::vector<std::uint8_t> at_end;
+  // Another load would need other cells.
+  if (!contact.linear() || ends_coarsely(*face, contact, at_end)) return nullptr;
+  if (!contact.make_parts(*face, *options_.law, workspace_)) return nullptr;
+  if (!contact.weights(*face, options_, wrench, weights_, workspace_)) return nullptr;
+  auto responses = std::visit([&](auto& own) -> decltype(Basis::responses) {
+    return responses_to_parts(contact, *face, own);
+  }, response_);
+  auto basis = std::make_shared<const Basis>(Basis{face, pad_, std::move(contact), std::move(responses)});
+  BasisCache::shared().keep(key, basis);
+  return basis;
 }
 
 template <typename Value>
-void PadSensor<Value>::note_contact(const Touch& touch, const double* force, double area, double indentation) {
+Columns<Value> PadSensor::responses_to_parts(const CellContact& contact, const Face& face, Response<Value>& own) {
+  const StressMap<Value>& map = own.maps->deviatoric;
+  // A column has one scale for all layers, so bytes would leave the deep layers too few digits.
+  const Precision stored = pad_->precision() == Precision::byte ? Precision::half : pad_->precision();
+  Columns<Value> responses(contact.parts(), map.response_size, stored);
+  std::vector<Value> response(map.response_size);
+  std::vector<double> unit(contact.parts()), twofold(map.response_size);
+  part_forces_.resize(3 * face.cells());
+  for (std::size_t p = 0; p < contact.parts(); ++p) {
+    std::fill(unit.begin(), unit.end(), 0.0);
+    unit[p] = 1.0;
+    contact.part_forces(face, unit, part_forces_.data());
+    contact.nodal_forces(face, pad_->surface(), {part_forces_.data()}, workspace_, forces_.data());
+    std::fill(response.begin(), response.end(), Value(0));
+    map.add_response(forces_.data(), own.workspace, response.data());
+    std::copy(response.begin(), response.end(), twofold.begin());
+    responses.set(p, twofold.data());
+  }
+  return responses;
+}
+
+// Set the response to that of weights_ of the parts of a basis, unless it is that already.
+template <typename Value>
+void PadSensor::combine(const std::shared_ptr<const Basis>& basis, Response<Value>& own) {
+  std::vector<Value>& next = own.next;
+  next.assign(weights_.begin(), weights_.end());
+  // Equal bits, because -0 and 0 are equal and give other bits.
+  begun_ = kept_.basis.lock() == basis && own.weights.size() == next.size() &&
+           std::memcmp(own.weights.data(), next.data(), sizeof(Value) * next.size()) == 0;
+  if (begun_) return;
+  set_response(0.0);
+  for (std::size_t i = every_.size(); i < next.size(); ++i) every_.push_back(static_cast<std::uint32_t>(i));
+  std::get<Columns<Value>>(basis->responses).add(every_.data(), next.data(), next.size(), own.deviatoric.data());
+  kept_.basis = basis;
+  own.weights.swap(next);
+  kept_.readings.clear();
+}
+
+void PadSensor::note(Event event, const Touch& touch, double pressure, double indentation) {
+  pressed_.notes.push_back({event, touch.body, pressure, indentation});
+}
+
+void PadSensor::note_contact(const Touch& touch, const double* force, double area, double indentation) {
   pressed_.area += area;
   pressed_.indentation = std::max(pressed_.indentation, indentation);
   note_range(touch, force, area, indentation);
 }
 
 // Note whether strains are small under a force [N] on an area [m^2].
-template <typename Value>
-void PadSensor<Value>::note_range(const Touch& touch, const double* force, double area, double indentation) {
+void PadSensor::note_range(const Touch& touch, const double* force, double area, double indentation) {
   // Shear counts as in the von Mises stress.
   const double pressure = std::sqrt(force[2] * force[2] + 3.0 * (force[0] * force[0] + force[1] * force[1])) / area;
   const double share = std::max(pressure / pad_->range().pressure, indentation / pad_->range().indentation);
@@ -609,8 +604,7 @@ void PadSensor<Value>::note_range(const Touch& touch, const double* force, doubl
 }
 
 // Add the carried part of a wrench, and note the residual if it is more than rounding.
-template <typename Value>
-void PadSensor<Value>::note_carried(const Touch& touch, const double* carried) {
+void PadSensor::note_carried(const Touch& touch, const double* carried) {
   const double length = std::sqrt(sheet().area());
   double left = 0.0, whole = 0.0;
   for (std::size_t k = 0; k < 6; ++k) {
@@ -622,24 +616,22 @@ void PadSensor<Value>::note_carried(const Touch& touch, const double* carried) {
   if (left > kLeftOver * whole) note(Event::not_carried, touch, 0.0, 0.0);
 }
 
-template <typename Value>
-void PadSensor<Value>::add_forces() {
+void PadSensor::add_forces() {
   if (keeps_forces_) {
     for (std::size_t i = 0; i < total_.size(); ++i) total_[i] += forces_[i];
   }
   if (only_forces_) return;
-  if (!begun_) set_response(Value(0));
+  if (!begun_) set_response(0.0);
   if (power_ != 0) {
     for (double& force : forces_) force = std::ldexp(force, -power_);
   }
-  pad_->template deviatoric<Value>().add_response(forces_.data(), map_workspace_, response_.data());
-  if (pad_->has_mean()) {
-    pad_->template mean<Value>().add_response(forces_.data(), map_workspace_, mean_response_.data());
-  }
+  std::visit([&](auto& own) {
+    own.maps->deviatoric.add_response(forces_.data(), own.workspace, own.deviatoric.data());
+    if (pad_->has_mean()) own.maps->mean.add_response(forces_.data(), own.workspace, own.mean.data());
+  }, response_);
 }
 
-template <typename Value>
-void PadSensor<Value>::readings(double* readings) {
+void PadSensor::readings(double* readings) {
   if (!touched_) {
     std::fill(readings, readings + pad_->taxels(), 0.0);
     return;
@@ -653,9 +645,9 @@ void PadSensor<Value>::readings(double* readings) {
   }
 }
 
-template <typename Value>
-void PadSensor<Value>::make_readings(double* readings) {
-  pad_->template deviatoric<Value>().readings(response_.data(), map_workspace_, readings);
+void PadSensor::make_readings(double* readings) {
+  std::visit([&](auto& own) { own.maps->deviatoric.readings(own.deviatoric.data(), own.workspace, readings); },
+             response_);
   for (std::size_t i = 0; power_ != 0 && i < pad_->taxels(); ++i) readings[i] = std::ldexp(readings[i], power_);
   if (!(options_.strength > 0.0)) return;
   // Cells are bounded per body. Several bodies at one place and corners of the sheet can exceed that, so taxels
@@ -666,17 +658,18 @@ void PadSensor<Value>::make_readings(double* readings) {
   }
 }
 
-template <typename Value>
-void PadSensor<Value>::stress(double* stress) {
+void PadSensor::stress(double* stress) {
   const std::size_t taxels = pad_->taxels();
   if (!touched_) {
     std::fill(stress, stress + kTensor * taxels, 0.0);
     return;
   }
   means_.resize((kDeviatoric + 1) * taxels);
-  pad_->template deviatoric<Value>().means(response_.data(), kOdd, means_.data());
   double* mean = means_.data() + kDeviatoric * taxels;
-  pad_->template mean<Value>().means(mean_response_.data(), kEven, mean);
+  std::visit([&](auto& own) {
+    own.maps->deviatoric.means(own.deviatoric.data(), kOdd, means_.data());
+    own.maps->mean.means(own.mean.data(), kEven, mean);
+  }, response_);
   for (double& one : means_) one = std::ldexp(one, power_);
   const double third = std::sqrt(3.0);
   for (std::size_t t = 0; t < taxels; ++t) {
@@ -689,8 +682,7 @@ void PadSensor<Value>::stress(double* stress) {
   }
 }
 
-template <typename Value>
-SolvedCells PadSensor<Value>::solved_cells(std::size_t touch) const {
+SolvedCells PadSensor::solved_cells(std::size_t touch) const {
   if (touch >= solved_.size() || !solved_[touch]) return {};
   const BodyPress& press = *presses_[touch];
   const bool whole = press.flat && &press.cells() == press.keeps.get();
@@ -711,15 +703,13 @@ SolvedCells PadSensor<Value>::solved_cells(std::size_t touch) const {
   return solved;
 }
 
-template <typename Value>
-Rectangle PadSensor<Value>::sheet() const {
+Rectangle PadSensor::sheet() const {
   const SurfaceGrid& surface = pad_->surface();
   return {surface.low_x(), surface.low_y(), surface.high_x(), surface.high_y()};
 }
 
 // The flat face with which a body faces the pad, cut at the sheet's edge, and its placement. Null if there is none.
-template <typename Value>
-std::shared_ptr<const Face> PadSensor<Value>::face_towards(const Touch& touch, Placement& placement) {
+std::shared_ptr<const Face> PadSensor::face_towards(const Touch& touch, Placement& placement) {
   if (touch.face != nullptr) placement = touch.placement;
   if (touch.face != nullptr || touch.geometry == nullptr) return touch.face;
   BodyGeometry& body = *touch.geometry;
@@ -757,8 +747,7 @@ std::shared_ptr<const Face> PadSensor<Value>::face_towards(const Touch& touch, P
 }
 
 // Whether the bounding box of a side's outline is over some of the sheet.
-template <typename Value>
-bool PadSensor<Value>::may_cover(const FlatSide& side, const Placement& placement) const {
+bool PadSensor::may_cover(const FlatSide& side, const Placement& placement) const {
   if (side.endless) return true;
   const auto& [west, south, east, north] = side.bounds;
   Rectangle placed = kNoRectangle;
@@ -768,8 +757,7 @@ bool PadSensor<Value>::may_cover(const FlatSide& side, const Placement& placemen
   return placed.meets(sheet());
 }
 
-template <typename Value>
-std::shared_ptr<const Face> PadSensor<Value>::cut_face(const Touch& touch, std::size_t side,
+std::shared_ptr<const Face> PadSensor::cut_face(const Touch& touch, std::size_t side,
                                                        const Placement& placement) {
   const FlatSide& whole = *touch.geometry->side(side);
   std::array<std::int64_t, 3> place = {std::llround(placement.shift[0] / kCutStep),
@@ -817,16 +805,12 @@ std::shared_ptr<const Face> PadSensor<Value>::cut_face(const Touch& touch, std::
   return face;
 }
 
-template <typename Value>
-bool PadSensor<Value>::over_sheet(const Face& face, const Placement& placement) const {
+bool PadSensor::over_sheet(const Face& face, const Placement& placement) const {
   const Rectangle over = sheet();
   return std::all_of(face.corners.begin(), face.corners.end(), [&](const Point& corner) {
     const Point there = placement(corner);
     return over.holds(there.x, there.y);
   });
 }
-
-template class PadSensor<float>;
-template class PadSensor<double>;
 
 }  // namespace mjtactile

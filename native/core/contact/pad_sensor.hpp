@@ -9,9 +9,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <list>
 #include <memory>
+#include <variant>
 #include <vector>
 
 #include "contact/basis_cache.hpp"
@@ -93,8 +93,7 @@ struct Pressed {
   std::vector<Note> notes;
 };
 
-// One pad in one simulation. Value: the type of the influence matrices' numbers.
-template <typename Value>
+// One pad in one simulation.
 class PadSensor {
  public:
   // `facing_gap`: parts of a body up to this height above its first touch face the pad [m]. `tolerance`: poses that
@@ -161,18 +160,22 @@ class PadSensor {
     std::weak_ptr<const BodyGeometry> geometry;  // unlike an address, never that of a later geometry
     std::shared_ptr<const Face> face;
   };
-  // What response_ holds: the response of a steady contact to weights of its basis. As long as a body rests, the
-  // weights change by less than the rounding errors of Value, and neither the response nor the readings change.
-  struct KeptResponse {
-    std::weak_ptr<const Basis<Value>> basis;   // unlike an address, never that of a later basis; expired: none
-    std::vector<Value> weights;
-    std::vector<double> readings;              // empty if they were not asked for yet
+  // The response of the sample points to all contacts, in the precision of the pad's maps.
+  template <typename Value>
+  struct Response {
+    const Pad::Maps<Value>* maps;
+    AlignedVector<Value> deviatoric, mean;
+    typename StressMap<Value>::Workspace workspace;
+    std::vector<Value> weights, next;   // of kept_.basis, and of the present load
 
-    // Equal bits, because -0 and 0 are equal and give other bits.
-    bool holds(const std::shared_ptr<const Basis<Value>>& other, const std::vector<Value>& of) const {
-      return basis.lock() == other && weights.size() == of.size() &&
-             std::memcmp(weights.data(), of.data(), sizeof(Value) * of.size()) == 0;
-    }
+    Response(const Pad::Maps<Value>& of, bool has_mean)
+        : maps(&of), deviatoric(of.deviatoric.response_size), mean(has_mean ? of.mean.response_size : 0) {}
+  };
+  // What response_ holds: the response of a steady contact to weights of its basis. As long as a body rests, the
+  // weights change by less than the rounding errors of the response, and neither it nor the readings change.
+  struct KeptResponse {
+    std::weak_ptr<const Basis> basis;   // unlike an address, never that of a later basis; expired: none
+    std::vector<double> readings;       // empty if they were not asked for yet
   };
   bool press_steady(const Touch& touch, const std::shared_ptr<const Face>& face);
   bool press_linear(const Touch& touch, const Face& face, const Placement& placement);
@@ -202,8 +205,14 @@ class PadSensor {
   void note_contact(const Touch& touch, const double* force, double area, double indentation);
   void note_range(const Touch& touch, const double* force, double area, double indentation);
   void note_carried(const Touch& touch, const double* carried);
+  std::shared_ptr<const Basis> make_basis(const BasisKey& key, const std::shared_ptr<const Face>& face,
+                                          const double* wrench);
+  template <typename Value>
+  Columns<Value> responses_to_parts(const CellContact& contact, const Face& face, Response<Value>& response);
+  template <typename Value>
+  void combine(const std::shared_ptr<const Basis>& basis, Response<Value>& response);
   void add_forces();
-  void set_response(Value value);
+  void set_response(double value);
   void make_readings(double* readings);
   std::shared_ptr<const Face> face_towards(const Touch& touch, Placement& placement);
   std::shared_ptr<const Face> cut_face(const Touch& touch, std::size_t side, const Placement& placement);
@@ -226,7 +235,7 @@ class PadSensor {
   std::vector<std::uint8_t> solved_;
   FaceCells cutter_;
   SurfaceShear shear_;
-  AlignedVector<Value> response_, mean_response_;
+  std::variant<Response<float>, Response<double>> response_;
   bool begun_ = false;   // whether response_ is that of the last press(), and not of one before
   KeptResponse kept_;
   std::vector<Segment> rim_;
@@ -235,9 +244,7 @@ class PadSensor {
   UniformPress uniform_;
   CellContact::Workspace workspace_;
   SurfaceCompliance::Workspace others_;
-  typename StressMap<Value>::Workspace map_workspace_;
   std::vector<std::uint32_t> every_;
-  std::vector<Value> part_weights_;
 };
 
 }  // namespace mjtactile
