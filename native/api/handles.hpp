@@ -53,4 +53,12 @@ inline Pose pose_of(const double* numbers) {
   return pose;
 }
 
+// Write both ends of edges (edges, 2, 2) [m]. Returns where they end.
+inline double* copy_edges(const std::vector<Segment>& edges, double* to) {
+  for (const Segment& edge : edges) {
+    for (const Point& point : {edge.start, edge.end}) *to++ = point.x, *to++ = point.y;
+  }
+  return to;
+}
+
 }  // namespace mjtactile

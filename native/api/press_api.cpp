@@ -172,32 +172,22 @@ void press_once(mjt_press& press, std::size_t first, std::size_t last, const dou
       if (note.event == Event::approximated && solved.contact != nullptr && solved.contact->exact()) to.simplified = 1;
     }
     press.solved[body] = solved;
-    if (solved.contact != nullptr) {
-      describe(press, solved, points + 2 * body, to);
-      if (press.touches.size() == 1) {  // all nodal forces are its own
-        std::copy(press.sensor.nodal_forces().begin(), press.sensor.nodal_forces().end(), nodal);
-      } else {
-        if (solved.bent == nullptr) {
-          solved.contact->nodal_forces(*solved.face, press.pad->surface(), solved.forces, press.workspace, nodal);
-        } else {
-          solved.bent->nodal_forces(*solved.face, press.pad->surface(), solved.forces, to.carried, press.bent, nodal);
-        }
-      }
-    } else if (last - first == 1) {   // law "uniform" without cells, or no contact
+    if (solved.contact != nullptr) describe(press, solved, points + 2 * body, to);
+    if (last - first == 1) {   // all nodal forces are its own
       std::copy(press.sensor.nodal_forces().begin(), press.sensor.nodal_forces().end(), nodal);
-      to.area = press.sensor.pressed().area;
-      to.peak = press.sensor.pressed().peak;
-      std::copy(press.sensor.pressed().carried, press.sensor.pressed().carried + 6, to.carried);
-    } else {
+      if (solved.contact == nullptr) {   // law "uniform" without cells, or no contact
+        to.area = press.sensor.pressed().area;
+        to.peak = press.sensor.pressed().peak;
+        std::copy(press.sensor.pressed().carried, press.sensor.pressed().carried + 6, to.carried);
+      }
+    } else if (solved.contact == nullptr) {
       std::fill(nodal, nodal + nodes, 0.0);
+    } else if (solved.bent == nullptr) {
+      solved.contact->nodal_forces(*solved.face, press.pad->surface(), solved.forces, press.workspace, nodal);
+    } else {
+      solved.bent->nodal_forces(*solved.face, press.pad->surface(), solved.forces, to.carried, press.bent, nodal);
     }
-    std::vector<Segment>& rim = press.rims[body];
-    rim.clear();
-    if (last - first == 1) {
-      rim = press.sensor.rim();
-    } else if (solved.contact != nullptr) {
-      add_rim(solved, rim);
-    }
+    const std::vector<Segment>& rim = press.rims[body] = press.sensor.rims()[body];
     to.edges = static_cast<std::int32_t>(rim.size());
   }
 }
@@ -297,9 +287,7 @@ size_t mjt_press_edges(const mjt_press* press, size_t body, double* ends, int32_
 }
 
 void mjt_press_rim(const mjt_press* press, size_t body, double* ends) {
-  for (const Segment& edge : press->rims[body]) {
-    for (const Point& point : {edge.start, edge.end}) *ends++ = point.x, *ends++ = point.y;
-  }
+  copy_edges(press->rims[body], ends);
 }
 
 size_t mjt_press_parts(mjt_press* press, size_t body, double* nodal_forces) {

@@ -185,11 +185,12 @@ void mjt_reader_read(mjt_reader* reader, const void* model, const void* data, do
 }
 
 size_t mjt_reader_rim(const mjt_reader* reader, double* ends) {
-  const std::vector<Segment>& edges = reader->reader.sensor().rim();
-  for (std::size_t i = 0; ends != nullptr && i < edges.size(); ++i) {
-    for (const Point& point : {edges[i].start, edges[i].end}) *ends++ = point.x, *ends++ = point.y;
+  std::size_t count = 0;
+  for (const std::vector<Segment>& rim : reader->reader.sensor().rims()) {
+    count += rim.size();
+    if (ends != nullptr) ends = copy_edges(rim, ends);
   }
-  return edges.size();
+  return count;
 }
 
 void mjt_reader_health(const mjt_reader* reader, double* health) {

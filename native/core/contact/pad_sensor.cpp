@@ -101,6 +101,7 @@ Point on_pad(const SolvedCells& solved, const double* at) {
   return solved.bent == nullptr ? solved.placement({at[0], at[1]}) : solved.bent->plane().on_pad(at);
 }
 
+// Add the edges of a contact's area under pressure.
 void add_rim(const SolvedCells& solved, std::vector<Segment>& edges) {
   const auto pressed = [&](std::int32_t cell) { return cell >= 0 && solved.forces.forces[3 * cell + 2] < 0.0; };
   for (const CellEdge& edge : solved.face->edges) {
@@ -147,7 +148,7 @@ void PadSensor::press(const Touch* touches, std::size_t count, const Steadiness&
   for (std::size_t i = 0; i < count; ++i) {
     if (!solved_[i]) continue;
     finish(touches[i], *presses_[i]);
-    if (keeps_forces_) add_rim(solved_cells(i), rim_);
+    if (keeps_forces_) add_rim(solved_cells(i), rims_[i]);
   }
   if (!begun_) set_response(0.0);  // nothing was added
 }
@@ -160,7 +161,8 @@ void PadSensor::begin(std::size_t count) {
   std::fill(pressed_.carried, pressed_.carried + 6, 0.0);
   pressed_.range = pressed_.indentation = pressed_.area = pressed_.peak = 0.0;
   pressed_.notes.clear();
-  rim_.clear();
+  if (rims_.size() < count) rims_.resize(count);
+  for (std::vector<Segment>& rim : rims_) rim.clear();
   if (keeps_forces_) total_.assign(forces_.size(), 0.0);
   begun_ = false;
   if (!touched_) return;
@@ -203,9 +205,9 @@ void PadSensor::press_alone(const Touch& seen, std::size_t place, bool steady) {
   // A whole flat side cannot touch a curved pad.
   const std::shared_ptr<const Face> face = curved() ? nullptr : face_towards(touch, placement);
   if (face != nullptr && steady && press_steady(touch, face)) return;
-  if (face != nullptr && !options_.law->shapes() && press_linear(touch, *face, placement)) return;
+  if (face != nullptr && !options_.law->shapes() && press_linear(touch, *face, placement, place)) return;
   solved_[place] = solve(touch, press, face, placement) ? 1 : 0;
-  if (solved_[place] || press_points(seen, press)) return;
+  if (solved_[place] || press_points(seen, press, place)) return;
   note(Event::refused, touch, 0.0, 0.0);
   note_carried(seen, std::array<double, 6>{}.data());
 }
@@ -296,7 +298,7 @@ double PadSensor::press_within(const Touch& touch, BodyPress& press, double floo
 }
 
 // Press with MuJoCo's contact points, each with its own force, if the geometry does not face the pad.
-bool PadSensor::press_points(const Touch& seen, const BodyPress& press) {
+bool PadSensor::press_points(const Touch& seen, const BodyPress& press, std::size_t place) {
   const TangentPlane* plane = plane_of(press);
   const Touch& touch = curved() ? press.here : seen;
   const Rectangle over = plane == nullptr ? sheet() : plane->whole().bounds;
@@ -315,15 +317,12 @@ bool PadSensor::press_points(const Touch& seen, const BodyPress& press) {
   note_range(touch, carried, std::max(points_.area(), static_cast<double>(points_.face().cells()) * wide * wide), 0.0);
   pressed_.peak = std::max(pressed_.peak, points_.peak());
   note_carried(seen, carried);
-  if (keeps_forces_) add_squares(plane);
+  const auto here = [plane](const double* at) { return plane == nullptr ? Point{at[0], at[1]} : plane->on_pad(at); };
+  for (const CellEdge& edge : points_.face().edges) {
+    if (keeps_forces_) rims_[place].push_back({here(edge.start), here(edge.end)});
+  }
   add_forces();
   return true;
-}
-
-// Add the edges of the squares about contact points to the rim. `plane`: in whose frame they are; null on a flat pad.
-void PadSensor::add_squares(const TangentPlane* plane) {
-  const auto here = [plane](const double* at) { return plane == nullptr ? Point{at[0], at[1]} : plane->on_pad(at); };
-  for (const CellEdge& edge : points_.face().edges) rim_.push_back({here(edge.start), here(edge.end)});
 }
 
 // Solve the contact of a body that is given by its heights over the pad.
@@ -496,15 +495,14 @@ bool PadSensor::shear(const Touch& touch, BodyPress& press) {
 }
 
 // Solve law "uniform" on a flat face exactly, without cells.
-bool PadSensor::press_linear(const Touch& touch, const Face& face, const Placement& placement) {
+bool PadSensor::press_linear(const Touch& touch, const Face& face, const Placement& placement, std::size_t place) {
   if (!uniform_.solve(face, placement, pad_->surface(), touch.wrench, options_.friction, forces_.data())) return false;
   const double area = uniform_.traction().integrals().area;
   if (options_.strength > 0.0 && pressing(touch) > options_.strength / 2 * area) return false;
   note_contact(touch, uniform_.carried(), area, 0.0);
   pressed_.peak = std::max(pressed_.peak, uniform_.peak());
   note_carried(touch, uniform_.carried());
-  const std::vector<Segment>& edges = uniform_.traction().edges();
-  if (keeps_forces_) rim_.insert(rim_.end(), edges.begin(), edges.end());
+  if (keeps_forces_) rims_[place] = uniform_.traction().edges();
   add_forces();
   return true;
 }

@@ -64,8 +64,6 @@ struct SolvedCells {
 
 // The point of the surface, along x and y in the pad frame, of a point of the cells' face [m].
 Point on_pad(const SolvedCells& solved, const double* at);
-// Add the edges of a contact's area under pressure, which is on their left, in the pad frame [m].
-void add_rim(const SolvedCells& solved, std::vector<Segment>& edges);
 
 // Numbers that the caller keeps with the simulation's state.
 struct Steadiness {
@@ -107,8 +105,9 @@ class PadSensor {
   void stress(double* stress);       // (6, taxels) [Pa]; the pad must have tables for it
   // Sum of the nodal forces of all contacts (nodes y, nodes x, 3) [N], if keep_nodal_forces() asked for them.
   const std::vector<double>& nodal_forces() const { return total_; }
-  // Edges of all areas under pressure, which are on their left, in the pad frame [m], if nodal forces are kept.
-  const std::vector<Segment>& rim() const { return rim_; }
+  // Edges of the areas under pressure, which are on their left, in the pad frame [m], if nodal forces are kept. By
+  // touch; there may be more, which are empty.
+  const std::vector<std::vector<Segment>>& rims() const { return rims_; }
   // Keep nodal forces from now on. With `only`, the response is not computed, and there are no readings.
   void keep_nodal_forces(bool keep, bool only = false) { keeps_forces_ = keep, only_forces_ = only; }
   // Let the solution for shear take `times` as long as a simulation step allows.
@@ -178,7 +177,7 @@ class PadSensor {
     std::vector<double> readings;       // empty if they were not asked for yet
   };
   bool press_steady(const Touch& touch, const std::shared_ptr<const Face>& face);
-  bool press_linear(const Touch& touch, const Face& face, const Placement& placement);
+  bool press_linear(const Touch& touch, const Face& face, const Placement& placement, std::size_t place);
   void begin(std::size_t count);
   double key_of(const Touch* touches, std::size_t count) const;
   void press_alone(const Touch& seen, std::size_t place, bool steady);
@@ -188,8 +187,7 @@ class PadSensor {
   double press_above(const Touch& touch, BodyPress& press, double floor);
   double press_within(const Touch& touch, BodyPress& press, double floor, double reach);
   bool touches_beyond(double reach, const Touch& touch, BodyPress& press) const;
-  bool press_points(const Touch& seen, const BodyPress& press);
-  void add_squares(const TangentPlane* plane);
+  bool press_points(const Touch& seen, const BodyPress& press, std::size_t place);
   bool press_map(const Touch& touch, BodyPress& press);
   const Touch& turned(const Touch& touch, BodyPress& press) const;
   const TangentPlane* plane_of(const BodyPress& press) const { return curved() ? &press.plane : nullptr; }
@@ -238,7 +236,7 @@ class PadSensor {
   std::variant<Response<float>, Response<double>> response_;
   bool begun_ = false;   // whether response_ is that of the last press(), and not of one before
   KeptResponse kept_;
-  std::vector<Segment> rim_;
+  std::vector<std::vector<Segment>> rims_;
   std::vector<double> forces_, total_, weights_, means_, part_forces_;
   PointPress points_;
   UniformPress uniform_;
