@@ -20,10 +20,7 @@ namespace {
 // Memory that each thread keeps between calls.
 struct Scratch {
   SurfaceGrid::Workspace grid;
-  SurfaceCompliance::Workspace compliance;
   std::vector<TractionEdge> edges;
-  Matrix matrix;
-  RigidContact contact;
   GapMap gap;
   ShearIntegrals shear_integrals;
   FullCompliance full;
@@ -44,17 +41,13 @@ void read(const StressMap<Value>& map, const double* forces, double* readings) {
   map.readings(response.data(), workspace, readings);
 }
 
-void copy(const Matrix& from, double* to) {
-  for (size_t i = 0; i < from.rows(); ++i) to = std::copy(from[i], from[i] + from.columns(), to);
-}
-
 void copy(const double* from, Matrix& to) {
   for (size_t i = 0; i < to.rows(); ++i) std::copy(from + i * to.columns(), from + (i + 1) * to.columns(), to[i]);
 }
 
 }  // namespace
 
-int mjt_version(void) { return 15; }
+int mjt_version(void) { return 16; }
 
 int mjt_knows(const char* law, const char* tangential) {
   return law_named(law) != nullptr && tangential_named(tangential) != nullptr;
@@ -153,31 +146,13 @@ void mjt_traction_forces(size_t count_x, const double* ends_x, size_t count_y, c
   grid.traction_forces(kept.edges.data(), count, kept.grid, forces);
 }
 
-void mjt_normal_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
-                           const double* inverse_distance, double* compliance) {
-  Scratch& kept = scratch();
-  const SurfaceCells placed = {cells, centroids, 1, areas, inverse_distance, nullptr};
-  pad->pad->compliance().normal(placed, kept.compliance, kept.matrix);
-  for (size_t i = 0; i < cells; ++i) {
-    std::copy(kept.matrix[i], kept.matrix[i] + cells, compliance + i * cells);
-  }
-}
-
 int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, const double* modes,
-                      const double* heights, const double* resultants, const uint8_t* start, uint8_t* pressed,
-                      double* map_forces, double* map_motion, double* map_separation) {
-  Scratch& kept = scratch();
-  kept.matrix.resize(cells, cells);
-  copy(compliance, kept.matrix);
-  const mjtactile::RigidProblem problem = {&kept.matrix, modes, motions, heights, resultants};
-  kept.contact.forget();
-  kept.contact.allow();
-  if (!kept.contact.exchange(problem, start, false)) return 0;
-  kept.contact.make_maps(problem);
-  std::copy(kept.contact.pressed().begin(), kept.contact.pressed().end(), pressed);
-  copy(kept.contact.map_forces(), map_forces);
-  copy(kept.contact.map_motion(), map_motion);
-  copy(kept.contact.map_separation(), map_separation);
+                      const double* heights, const double* resultants, double* forces) {
+  Matrix between(cells, cells);
+  copy(compliance, between);
+  RigidContact contact;
+  if (!contact.solve({&between, modes, motions, heights, resultants}, nullptr)) return 0;
+  std::copy(contact.forces().begin(), contact.forces().end(), forces);
   return 1;
 }
 
@@ -247,13 +222,6 @@ Outline outline_of(size_t rings, const size_t* begins, const double* corners) {
   return outline;
 }
 
-void set_edges(size_t count, const double* ends, const int32_t* sides, Face& face) {
-  for (size_t i = 0; i < count; ++i) {
-    const double* end = ends + 4 * i;
-    face.edges.push_back({{end[0], end[1]}, {end[2], end[3]}, sides[2 * i], sides[2 * i + 1]});
-  }
-}
-
 double* copy(const std::vector<Point>& points, double* to) {
   for (const Point& point : points) *to++ = point.x, *to++ = point.y;
   return to;
@@ -275,16 +243,13 @@ mjt_cells* mjt_placed_cells(size_t rings, const size_t* begins, const double* co
   return new mjt_cells{std::move(found.face)};
 }
 
-void mjt_face_cells_sizes(const mjt_cells* cells, size_t* sizes) {
+void mjt_face_cells_copy(const mjt_cells* cells, size_t* sizes, double* centroids, double* areas,
+                         double* inverse_distance, double* ends, int32_t* sides, double* corners, double* hull,
+                         double* quadrature, double* length) {
   const Face& face = *cells->face;
   sizes[0] = face.cells(), sizes[1] = face.edges.size();
   sizes[2] = face.corners.size(), sizes[3] = face.hull.size(), sizes[4] = face.convex ? 1 : 0;
-}
-
-void mjt_face_cells_copy(const mjt_cells* cells, double* centroids, double* areas, double* inverse_distance,
-                         double* ends, int32_t* sides, double* corners, double* hull, double* quadrature,
-                         double* length) {
-  const Face& face = *cells->face;
+  if (centroids == nullptr) return;
   copy(face.centroids, centroids);
   std::copy(face.areas.begin(), face.areas.end(), areas);
   std::copy(face.inverse_distance.begin(), face.inverse_distance.end(), inverse_distance);
@@ -330,7 +295,9 @@ void mjt_half_space(size_t cells, size_t edges, const double* ends, const int32_
   Scratch& kept = scratch();
   Face face;
   face.areas.resize(cells);
-  set_edges(edges, ends, sides, face);
+  for (size_t i = 0; i < edges; ++i, ends += 4, sides += 2) {
+    face.edges.push_back({{ends[0], ends[1]}, {ends[2], ends[3]}, sides[0], sides[1]});
+  }
   EdgeIntegrals().inverse_distance(face.edges, cells, face.inverse_distance);
   integrate_edges(face, kept.shear_integrals);
   const ShearIntegrals& shear = kept.shear_integrals;
@@ -338,20 +305,6 @@ void mjt_half_space(size_t cells, size_t edges, const double* ends, const int32_
            &face.inverse_distance, &shear.xx, &shear.xy, &shear.yy, &shear.along, &shear.across}) {
     integrals = std::copy(one->begin(), one->end(), integrals);
   }
-}
-
-void mjt_full_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
-                         const double* inverse_distance, size_t edges, const double* ends, const int32_t* sides,
-                         double angle, double* compliance) {
-  Scratch& kept = scratch();
-  Face face;
-  face.areas.assign(areas, areas + cells);
-  set_edges(edges, ends, sides, face);
-  integrate_edges(face, kept.shear_integrals);
-  const SurfaceCells placed = {cells, centroids, 1, areas, inverse_distance, nullptr};
-  const Placement turned = {std::cos(angle), std::sin(angle), {0.0, 0.0}};
-  kept.full.begin(pad->pad->compliance(), {placed, &kept.shear_integrals, turned}, nullptr, kept.compliance);
-  copy(kept.full.whole(), compliance);
 }
 
 int mjt_surface_shear(size_t cells, const double* centroids, const double* pressing, const double* heights,

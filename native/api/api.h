@@ -71,14 +71,9 @@ MJT_API void mjt_readings(const mjt_pad* pad, const double* forces, double* read
    their left minus on their right [Pa]. */
 MJT_API void mjt_traction_forces(size_t count_x, const double* ends_x, size_t count_y, const double* ends_y,
                                  size_t count, const double* edges, const double* tractions, double* forces);
-/* Normal compliance (cells, cells) [m/N], both triangles, see SurfaceCompliance::normal. */
-MJT_API void mjt_normal_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
-                                   const double* inverse_distance, double* compliance);
-/* Frictionless contact, see RigidContact. compliance: (cells, cells); heights and start may be null. 0 if no contact is
-   found. */
+/* Forces on cells [N] in a frictionless contact, see RigidContact. compliance: (cells, cells). 0 if none is found. */
 MJT_API int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, const double* modes,
-                              const double* heights, const double* resultants, const uint8_t* start,
-                              uint8_t* pressed, double* map_forces, double* map_motion, double* map_separation);
+                              const double* heights, const double* resultants, double* forces);
 
 /* A body's geometry. */
 MJT_API mjt_body* mjt_body_new(void);
@@ -136,11 +131,10 @@ MJT_API mjt_cells* mjt_face_cells(size_t rings, const size_t* begins, const doub
 MJT_API mjt_cells* mjt_placed_cells(size_t rings, const size_t* begins, const double* corners, size_t count,
                                     double* place);
 /* The data of cells, see Face. sizes (5): numbers of cells, edges, corners of the outline's hull and of the centroids'
-   hull, and whether the outline is convex. quadrature: (cells, 4, 2). */
-MJT_API void mjt_face_cells_sizes(const mjt_cells* cells, size_t* sizes);
-MJT_API void mjt_face_cells_copy(const mjt_cells* cells, double* centroids, double* areas, double* inverse_distance,
-                                 double* ends, int32_t* sides, double* corners, double* hull, double* quadrature,
-                                 double* length);
+   hull, and whether the outline is convex. quadrature: (cells, 4, 2). If `centroids` is null, only sizes are set. */
+MJT_API void mjt_face_cells_copy(const mjt_cells* cells, size_t* sizes, double* centroids, double* areas,
+                                 double* inverse_distance, double* ends, int32_t* sides, double* corners, double* hull,
+                                 double* quadrature, double* length);
 MJT_API void mjt_face_cells_free(mjt_cells* cells);
 /* An outline placed at (x, y, angle) and clipped at a sheet (west, south, east, north), see clip_outline. cut_corners
    has room for `room` corners. Returns the number of rings, or -1 if the room is too small. cut_begins: index at which
@@ -153,14 +147,9 @@ MJT_API void mjt_pad_set_tangential(mjt_pad* pad, double poisson, const double* 
 /* Integrals of a half space's response over pairs of cells (6, cells, cells) [m^3]: of 1/r and of ShearIntegrals. edges
    (count, 2 ends, 2) [m], with the cells on their left and right (count, 2), -1 for none. */
 MJT_API void mjt_half_space(size_t cells, size_t edges, const double* ends, const int32_t* sides, double* integrals);
-/* Compliance (3, cells, 3, cells) [m/N] between cells at their given positions, see FullCompliance. edges
-   (count, 2 ends, 2) [m], with the cells on their left and right (count, 2), -1 for none. */
-MJT_API void mjt_full_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
-                                 const double* inverse_distance, size_t edges, const double* ends,
-                                 const int32_t* sides, double angle, double* compliance);
-/* Forces on cells (cells, 3) [N], see SurfaceShear. compliance: as above, needed for "stick" and "coulomb", null for
-   "proportional". heights may be null. frame = (middle x, y, length) [m]. Returns bits: 1 refused, 2 slides,
-   4 simplified. */
+/* Forces on cells (cells, 3) [N], see SurfaceShear. compliance (3, cells, 3, cells) [m/N]: needed for "stick" and
+   "coulomb", null for "proportional". heights may be null. frame = (middle x, y, length) [m]. Returns bits: 1 refused,
+   2 slides, 4 simplified. */
 MJT_API int mjt_surface_shear(size_t cells, const double* centroids, const double* pressing, const double* heights,
                               const double* frame, int tilting, const double* compliance, const double* wrench,
                               const char* tangential, double friction, double* forces);

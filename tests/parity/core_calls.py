@@ -6,72 +6,23 @@ import ctypes
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from mjtactile._native import contiguous, library, pointer
 from mjtactile._types import Array
-from mjtactile.contact.core_pad import contact_pad, give_shear
-from mjtactile.influence.matrices import InfluenceMatrices
 
 _REFUSED, _SLIDES, _SIMPLIFIED = 1, 2, 4
 
 
-def rigid_contact(
-    compliance: Array, modes: Array, heights: Array, resultants: Array
-) -> tuple[npt.NDArray[np.bool_], Array]:
-    """Cells pressed and forces (cells,) [N] of a rigid body, see RigidContact."""
+def rigid_contact(compliance: Array, modes: Array, heights: Array, resultants: Array) -> Array:
+    """Forces on cells (cells,) [N] that press without friction, see RigidContact."""
     cells, motions = modes.shape
     arrays = [contiguous(one) for one in (compliance, modes, heights, resultants)]
-    pressed = np.empty(cells, dtype=bool)
-    forces, motion, separation = (np.empty((count, motions + 1)) for count in (cells, motions, cells))
+    forces = np.empty(cells)
     found = library().mjt_rigid_contact(
-        ctypes.c_size_t(cells),
-        ctypes.c_size_t(motions),
-        *(pointer(one) for one in (*arrays, None, pressed, forces, motion, separation)),
+        ctypes.c_size_t(cells), ctypes.c_size_t(motions), *(pointer(one) for one in (*arrays, forces))
     )
     assert found
-    return pressed, forces @ np.append(resultants, 1.0)
-
-
-def normal_compliance(influence: InfluenceMatrices, centroids: Array, areas: Array, inverse_distance: Array) -> Array:
-    """Normal compliance between cells [m/N], see SurfaceCompliance::normal."""
-    arrays = [contiguous(one) for one in (centroids, areas, inverse_distance)]
-    compliance = np.empty((len(areas), len(areas)))
-    library().mjt_normal_compliance(
-        contact_pad(influence).handle,
-        ctypes.c_size_t(len(areas)),
-        *(pointer(one) for one in arrays),
-        pointer(compliance),
-    )
-    return compliance
-
-
-def full_compliance(
-    influence: InfluenceMatrices,
-    centroids: Array,
-    areas: Array,
-    inverse_distance: Array,
-    edges: Array,
-    sides: npt.NDArray[np.int32],
-    angle: float = 0.0,
-) -> Array:
-    """Mean displacement per force, (3, cells, 3, cells) [m/N], of turned cells, see FullCompliance."""
-    pad = contact_pad(influence)
-    give_shear(pad, influence)
-    arrays = [contiguous(one) for one in (centroids, areas, inverse_distance)]
-    edges, sides = contiguous(edges), np.ascontiguousarray(sides, dtype=np.int32)
-    compliance = np.empty((3, len(areas), 3, len(areas)))
-    library().mjt_full_compliance(
-        pad.handle,
-        ctypes.c_size_t(len(areas)),
-        *(pointer(one) for one in arrays),
-        ctypes.c_size_t(len(edges)),
-        pointer(edges),
-        pointer(sides),
-        ctypes.c_double(angle),
-        pointer(compliance),
-    )
-    return compliance
+    return forces
 
 
 @dataclass(frozen=True, eq=False)

@@ -79,14 +79,14 @@ def read(cells_of_core: CoreCells) -> FaceCells:
     """Cells that the core holds, as arrays."""
     core = library()
     sizes = np.zeros(5, dtype=np.uintp)
-    core.mjt_face_cells_sizes(cells_of_core.handle, pointer(sizes))
+    core.mjt_face_cells_copy(cells_of_core.handle, pointer(sizes), *[None] * 9)
     cells, edges, hull, inner_hull, convex = (int(one) for one in sizes)
     centroids, areas, integrals, ends = map(np.empty, ((cells, 2), (cells,), (cells, cells), (edges, 2, 2)))
     sides, length = np.empty((edges, 2), dtype=np.int32), np.empty(1)
     corners, middles = np.empty((hull, 2)), np.empty((inner_hull, 2))
     quadrature = np.empty((cells, 4, 2))
     arrays = (centroids, areas, integrals, ends, sides, corners, middles, quadrature, length)
-    core.mjt_face_cells_copy(cells_of_core.handle, *(pointer(one) for one in arrays))
+    core.mjt_face_cells_copy(cells_of_core.handle, *(pointer(one) for one in (sizes, *arrays)))
     return FaceCells(
         centroids, areas, integrals, ends, sides, corners, middles, quadrature, bool(convex), float(length[0])
     )

@@ -65,13 +65,6 @@ bool RigidContact::solve(const RigidProblem& problem, const std::uint8_t* start)
   return balanced && descend(problem) && balances(problem);
 }
 
-bool RigidContact::exchange(const RigidProblem& problem, const std::uint8_t* start, bool flexible) {
-  flexible_ = flexible;
-  const bool found = exchange_from(problem, start, problem.cells());
-  flexible_ = true;
-  return found;
-}
-
 void RigidContact::set_springs(const RigidProblem& problem) {
   const Matrix& compliance = *problem.compliance;
   double largest = std::numeric_limits<double>::min();
@@ -337,7 +330,7 @@ bool RigidContact::solve_pressed(const RigidProblem& problem) {
   // With S = B^T A^-1 B the motion is d = S^-1 (q + B^T A^-1 g), and the forces are A^-1 (B d - g).
   double wanted[kMostMotions] = {};
   for (std::size_t m = 0; m < motions; ++m) wanted[m] = problem.resultants[m] + pressed_heights_[m];
-  if (!invert_stiffness(wanted)) return false;
+  invert_stiffness(wanted);
   std::fill(motion_, motion_ + kMostMotions, 0.0);
   add_motion(wanted);
   // Cells nearly in a row hardly determine a tilt. Then the inverse is inexact, and the forces miss the resultants.
@@ -394,7 +387,7 @@ bool RigidContact::factor_pressed(const RigidProblem& problem) {
 
 // Invert the stiffness against the body's motions. If the pressed cells leave a tilt open, such as cells in one row,
 // the wanted resultants decide whether the body moves along it.
-bool RigidContact::invert_stiffness(const double* wanted) {
+void RigidContact::invert_stiffness(const double* wanted) {
   const std::size_t motions = motions_;
   double matrix[kMostMotions * kMostMotions], inverse[kMostMotions * kMostMotions];
   for (std::size_t m = 0; m < motions; ++m) {
@@ -403,8 +396,7 @@ bool RigidContact::invert_stiffness(const double* wanted) {
       flexibility_[m][n] = m == n ? 1.0 : 0.0;
     }
   }
-  if (solve_small(motions, matrix, &flexibility_[0][0], kMostMotions, kOpen)) return true;
-  if (!flexible_) return false;
+  if (solve_small(motions, matrix, &flexibility_[0][0], kMostMotions, kOpen)) return;
   const MotionStiffness stiffness(motions, matrix);
   Openness openness = {kOpenMotion * std::max(stiffness.largest(), std::numeric_limits<double>::min()), 0.0};
   for (std::size_t m = 0; m < motions; ++m) openness.loaded = std::max(openness.loaded, kLoaded * std::abs(wanted[m]));
@@ -412,7 +404,6 @@ bool RigidContact::invert_stiffness(const double* wanted) {
   for (std::size_t m = 0; m < motions; ++m) {
     for (std::size_t n = 0; n < motions; ++n) flexibility_[m][n] = inverse[m * motions + n];
   }
-  return true;
 }
 
 // Separation of surface and body under forces and a motion, (padded cells) [m]; 0 under pressed cells.

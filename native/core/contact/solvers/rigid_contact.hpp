@@ -40,8 +40,10 @@ class RigidContact {
   // contact is found.
   bool solve(const RigidProblem& problem, const std::uint8_t* start);
   // The same, but only by exchanging cells that violate their conditions, without other methods. `start`: null for all
-  // cells. `flexible`: go on if the pressed cells do not determine the tilt.
-  bool exchange(const RigidProblem& problem, const std::uint8_t* start, bool flexible = true);
+  // cells.
+  bool exchange(const RigidProblem& problem, const std::uint8_t* start) {
+    return exchange_from(problem, start, problem.cells());
+  }
   // The same, where no cell bears more than `most` (cells) [N]. Cells at this limit keep it, and others carry the rest.
   // `start`: cells pressed in the contact without limits. A load that the cells cannot bear is moved to the nearest one
   // that they can. If no such contact is found, the forces are those of a bed of yielding springs.
@@ -81,7 +83,7 @@ class RigidContact {
   bool on_free(const RigidProblem& problem, const double* most);
   bool fill_up(const RigidProblem& problem, const double* most);
   bool factor_pressed(const RigidProblem& problem);
-  bool invert_stiffness(const double* wanted);
+  void invert_stiffness(const double* wanted);
   void separate(const RigidProblem& problem, const double* forces, const double* motion, double* separation) const;
   bool descend(const RigidProblem& problem);
   bool balances(const RigidProblem& problem) const;
@@ -90,7 +92,7 @@ class RigidContact {
   void change_sides(double share);
 
   std::size_t motions_ = 0;
-  bool flexible_ = true, definite_ = true, carries_ = true, moved_ = false;
+  bool definite_ = true, carries_ = true, moved_ = false;
   std::vector<std::uint8_t> pressed_, exchange_, full_;
   std::vector<double> forces_, separation_, excess_, reached_, borne_, pushed_, stiffnesses_, column_;
   double work_ = 0.0;
