@@ -104,22 +104,18 @@ MJT_API mjt_mesh* mjt_mesh_new(size_t count, const float* vertices, size_t trian
 /* From a height field (rows, columns); size (4), see make_height_field. */
 MJT_API mjt_mesh* mjt_mesh_new_field(size_t rows, size_t columns, const double* size, const float* data);
 MJT_API void mjt_mesh_free(mjt_mesh* mesh);
-/* The data of a mesh: counts = (vertices, triangles, closed, triangles left out because a corner is not finite or does
-   not exist); vertices (count, 3) and triangles (triangles, 3), if these are not null. */
-MJT_API void mjt_mesh_data(const mjt_mesh* mesh, size_t* counts, double* vertices, int32_t* faces);
-/* Heights of the lower side of a mesh at a pose, not below a floor, over points (count, 2) of a part (west, south,
-   east, north) of the pad; infinite if there is no mesh above [m]. lowest (4): the least height over the part, and the
-   mesh's lowest vertex (3), over the part or not. See TriangleShadow. */
-MJT_API void mjt_mesh_heights(const mjt_mesh* mesh, const double* pose, const double* part, double floor, double reach,
-                              size_t count, const double* points, double* heights, double* lowest);
-/* Points over the part where the mesh may touch first (most, 3) [m], see TriangleShadow::bottoms. Returns their
-   number. */
-MJT_API size_t mjt_mesh_bottoms(const mjt_mesh* mesh, const double* pose, const double* part, double floor,
-                                double reach, size_t most, double* points);
-/* Flat facets, see flat_facets: counts = (facets, loops, points); planes (facets, 5) of normal, offset and area; loops
-   (loops, 2) of facet and number of points; points (points, 3). Arrays may be null. */
-MJT_API void mjt_mesh_facets(const mjt_mesh* mesh, double gap, size_t* counts, double* planes, size_t* loops,
-                             double* points);
+/* The data of a mesh: counts = (vertices, triangles, closed, facets, loops, points); vertices (count, 3) and triangles
+   (triangles, 3). Its flat facets with a gap, see flat_facets: planes (facets, 5) of normal, offset and area; loops
+   (loops, 2) of facet and number of points; points (points, 3). If `vertices` is null, only counts are set. */
+MJT_API void mjt_mesh_data(const mjt_mesh* mesh, double gap, size_t* counts, double* vertices, int32_t* faces,
+                           double* planes, size_t* loops, double* points);
+/* The lower side of a mesh at a pose over a part (west, south, east, north) of the pad, not below a floor, see
+   TriangleShadow: heights over points (count, 2), infinite if there is no mesh above [m]; and the least height over the
+   part. Writes up to `most` points where the mesh may touch first (most, 3) [m], and returns how many there are; 0 if
+   `most` is. */
+MJT_API size_t mjt_mesh_shadow(const mjt_mesh* mesh, const double* pose, const double* part, double floor,
+                               double reach, size_t count, const double* points, double* heights, double* lowest,
+                               size_t most, double* bottoms);
 
 /* Contact cells of an outline, see FaceCells: corners (corners, 2) of all rings, index at which each ring begins
    (rings + 1), squares along the axes turned by an angle [rad]. Null if the outline has no cells. */

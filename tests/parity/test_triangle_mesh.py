@@ -3,7 +3,7 @@
 import ctypes
 import functools
 import weakref
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -40,11 +40,8 @@ class NativeMesh:
         core = library()
         self.handle = ctypes.c_void_p(handle)
         self._finalizer = weakref.finalize(self, core.mjt_mesh_free, self.handle)
-        counts = (ctypes.c_size_t * 4)()
-        core.mjt_mesh_data(self.handle, counts, None, None)
-        self.closed, self.dropped = bool(counts[2]), int(counts[3])
-        self.vertices, self.triangles = np.empty((counts[0], 3)), np.empty((counts[1], 3), dtype=np.int32)
-        core.mjt_mesh_data(self.handle, counts, pointer(self.vertices), pointer(self.triangles))
+        counts, self.vertices, self.triangles, *_ = self._data(GAP)
+        self.closed = bool(counts[2])
 
     @classmethod
     def of(cls, vertices: Array, faces: npt.ArrayLike) -> "NativeMesh":
@@ -62,40 +59,55 @@ class NativeMesh:
 
     def heights(
         self, pose: Pose, points: Array, *, part: Rectangle = PART, floor: float = -np.inf, reach: float = np.inf
-    ) -> tuple[Array, float, Array]:
-        """Heights (n,) over points (n, 2), the least over the part, and the lowest vertex."""
-        points, heights, lowest = contiguous(points), np.empty(len(points)), np.empty(4)
-        library().mjt_mesh_heights(
-            *self._looked_at(pose, part, floor, reach),
-            ctypes.c_size_t(len(points)),
-            pointer(points),
-            pointer(heights),
-            pointer(lowest),
-        )
-        return heights, float(lowest[0]), lowest[1:]
+    ) -> tuple[Array, float]:
+        """Heights (n,) over points (n, 2), and the least over the part."""
+        return self._shadow(pose, part, floor, reach, contiguous(points))[:2]
 
     def bottoms(self, pose: Pose, *, part: Rectangle = PART, floor: float = -np.inf, reach: float = np.inf) -> Array:
-        find = library().mjt_mesh_bottoms
-        find.restype = ctypes.c_size_t
-        points = np.empty((600, 3))
-        return points[: find(*self._looked_at(pose, part, floor, reach), ctypes.c_size_t(600), pointer(points))]
+        return self._shadow(pose, part, floor, reach, np.empty((0, 2)), 600)[2]
 
     def facets(self, gap: float = GAP) -> list[Facet]:
-        find, counts = library().mjt_mesh_facets, (ctypes.c_size_t * 3)()
-        find(self.handle, ctypes.c_double(gap), counts, None, None, None)
-        planes, points = np.empty((counts[0], 5)), np.empty((counts[2], 3))
-        loops = np.empty((counts[1], 2), dtype=np.uint64)
-        find(self.handle, ctypes.c_double(gap), counts, pointer(planes), pointer(loops), pointer(points))
+        _, _, _, planes, loops, points = self._data(gap)
         outlines = np.split(points, np.cumsum(loops[:, 1].astype(int))[:-1])
         return [
             Facet(plane[:3], plane[3], plane[4], [outlines[i] for i in np.flatnonzero(loops[:, 0] == number)])
             for number, plane in enumerate(planes)
         ]
 
-    def _looked_at(self, pose: Pose, part: Rectangle, floor: float, reach: float) -> tuple[object, ...]:
-        where, numbers = contiguous([*pose.position, *pose.rotation.ravel()]), contiguous(part)
-        self._kept = where, numbers  # for as long as the call lasts
-        return self.handle, pointer(where), pointer(numbers), ctypes.c_double(floor), ctypes.c_double(reach)
+    def _shadow(
+        self, pose: Pose, part: Rectangle, floor: float, reach: float, points: Array, most: int = 0
+    ) -> tuple[Array, float, Array]:
+        find = library().mjt_mesh_shadow
+        find.restype = ctypes.c_size_t
+        where, over = contiguous([*pose.position, *pose.rotation.ravel()]), contiguous(part)
+        heights, lowest, bottoms = np.empty(len(points)), ctypes.c_double(), np.empty((most, 3))
+        found = find(
+            self.handle,
+            pointer(where),
+            pointer(over),
+            ctypes.c_double(floor),
+            ctypes.c_double(reach),
+            ctypes.c_size_t(len(points)),
+            pointer(points),
+            pointer(heights),
+            ctypes.byref(lowest),
+            ctypes.c_size_t(most),
+            pointer(bottoms),
+        )
+        return heights, lowest.value, bottoms[:found]
+
+    def _data(self, gap: float) -> tuple[Any, ...]:
+        find, counts = library().mjt_mesh_data, (ctypes.c_size_t * 6)()
+        find(self.handle, ctypes.c_double(gap), counts, *[None] * 5)
+        vertices, triangles = np.empty((counts[0], 3)), np.empty((counts[1], 3), dtype=np.int32)
+        planes, loops, points = (
+            np.empty((counts[3], 5)),
+            np.empty((counts[4], 2), dtype=np.uint64),
+            np.empty((counts[5], 3)),
+        )
+        arrays = vertices, triangles, planes, loops, points
+        find(self.handle, ctypes.c_double(gap), counts, *(pointer(one) for one in arrays))
+        return counts, *arrays
 
 
 def field_arguments(size: npt.ArrayLike, data: Array) -> tuple[object, ...]:
@@ -247,12 +259,11 @@ def test_a_mesh_is_over_its_outermost_vertices(name, instruction_set):
 def test_heights_are_those_of_the_reference(name, seed, floor):
     mesh, reference = both(name)
     pose, points = random_pose(seed), points_over(PART)
-    found, lowest, bottom = mesh.heights(pose, points, floor=floor)
+    found, lowest = mesh.heights(pose, points, floor=floor)
     expected = reference.heights(pose, points[:, 0], points[:, 1], floor)
     assert np.array_equal(np.isfinite(found), np.isfinite(expected))
     met = np.isfinite(found)
     assert found[met] == pytest.approx(expected[met], abs=1e-12)
-    assert bottom[2] == pytest.approx(pose.points(mesh.vertices)[:, 2].min(), abs=1e-15)
     assert lowest <= found.min(initial=np.inf) + 1e-15
     if lowest > floor:
         assert lowest == pytest.approx(least_height(reference, pose, PART, floor), abs=1e-12)
@@ -265,8 +276,8 @@ def test_a_reach_leaves_out_only_what_is_higher(name, seed, reach, floor):
     mesh, _ = both(name)
     part = Rectangle(-3e-3, -5e-3, 4e-3, 2e-3)
     pose, points = random_pose(seed), points_over(part)
-    whole, lowest, _ = mesh.heights(pose, points, part=part, floor=floor)
-    found, again, _ = mesh.heights(pose, points, part=part, floor=floor, reach=reach)
+    whole, lowest = mesh.heights(pose, points, part=part, floor=floor)
+    found, again = mesh.heights(pose, points, part=part, floor=floor, reach=reach)
     assert again == lowest
     # Where few triangles are left each is set against all points: the same to rounding.
     near = whole <= lowest + reach
@@ -326,27 +337,27 @@ def test_triangles_that_lose_a_corner_are_left_out_and_the_mesh_stays_closed():
     vertices = np.concatenate([one.vertices, one.vertices[:1] + 1e-9])
     degenerate = [[0, len(one.vertices), 3], [2, 2, 5], [1, 1, 1]]
     mesh = NativeMesh.of(vertices, np.concatenate([one.faces, degenerate]))
-    assert (len(mesh.triangles), mesh.closed, mesh.dropped) == (12, True, 0)
+    assert (len(mesh.triangles), mesh.closed) == (12, True)
 
 
-def test_triangles_that_do_not_exist_are_counted_and_left_out():
+def test_triangles_that_do_not_exist_are_left_out():
     one = solid("box")
     vertices = one.vertices.copy()
     touched = (one.faces == 3).any(axis=1)
     vertices[3, 1] = np.nan
     mesh = NativeMesh.of(vertices, np.concatenate([one.faces, [[0, 1, 900], [-1, 0, 2]]]))
-    assert (mesh.dropped, mesh.closed) == (touched.sum() + 2, False)
-    found, lowest, bottom = mesh.heights(random_pose(3), points_over(PART))
+    assert (len(mesh.triangles), mesh.closed) == (len(one.faces) - touched.sum(), False)
+    found, lowest = mesh.heights(random_pose(3), points_over(PART))
     assert np.isfinite(found).any()
-    assert np.isfinite([lowest, *bottom]).all()
+    assert np.isfinite(lowest)
 
 
 @pytest.mark.parametrize("faces", [[], [[0, 0, 1]], [[0, 1, 7]]])
 def test_an_empty_mesh_is_nowhere(faces):
     mesh = NativeMesh.of(np.eye(3), faces)
-    found, lowest, bottom = mesh.heights(random_pose(0), points_over(PART))
+    found, lowest = mesh.heights(random_pose(0), points_over(PART))
     assert np.isinf(found).all()
-    assert np.isinf([lowest, bottom[2]]).all()
+    assert np.isinf(lowest)
     assert len(mesh.bottoms(random_pose(0))) == 0
     assert mesh.facets() == []
     assert (len(mesh.triangles), mesh.closed) == (0, False)
@@ -357,7 +368,7 @@ def test_a_part_of_no_extent_is_looked_at():
     pose = Pose(np.zeros(3), np.eye(3))
     for east in (1e-3, np.nextafter(1e-3, 1.0)):
         part = Rectangle(1e-3, -2e-3, east, 3e-3)
-        found, lowest, _ = mesh.heights(pose, np.array([[1e-3, 1e-3]]), part=part)
+        found, lowest = mesh.heights(pose, np.array([[1e-3, 1e-3]]), part=part)
         assert found == pytest.approx(reference.heights(pose, np.array([1e-3]), np.array([1e-3]), -np.inf), abs=1e-12)
         assert lowest <= found[0]
 
@@ -411,11 +422,11 @@ def test_a_height_field_is_not_met_where_it_has_no_height():
     centre = 4 * 9 + 4
     rest = TriangleMesh(whole.vertices, whole.triangles[(whole.triangles != centre).all(axis=1)].astype(np.int64))
     data[4, 4] = np.nan
-    found, lowest, bottom = NativeMesh.of_field(size, data).heights(down, points, floor=-0.1)
+    found, lowest = NativeMesh.of_field(size, data).heights(down, points, floor=-0.1)
     expected = rest.heights(down, points[:, 0], points[:, 1], -0.1)
     assert np.isinf(expected).any()
     assert found == pytest.approx(expected, abs=1e-12)
-    assert np.isfinite([lowest, *bottom]).all()
+    assert np.isfinite(lowest)
 
 
 def test_a_height_field_of_one_row_is_empty():
@@ -428,7 +439,7 @@ def test_a_height_field_of_one_row_is_empty():
 def test_the_lowest_of_all_is_among_the_bottoms(name, seed):
     mesh, _ = both(name)
     part, pose = Rectangle(-5e-3, -4e-3, 6e-3, 3e-3), random_pose(seed)
-    _, lowest, _ = mesh.heights(pose, points_over(part), part=part)
+    _, lowest = mesh.heights(pose, points_over(part), part=part)
     bottoms = mesh.bottoms(pose, part=part, reach=1e-3)
     assert bottoms[:, 2].min(initial=np.inf) == pytest.approx(lowest, abs=2e-12)
     assert (bottoms[:, 2] <= lowest + 1e-3).all()

@@ -302,7 +302,6 @@ TriangleMesh make_mesh(const float* vertices, std::size_t count, const std::int3
   std::vector<std::int32_t> number(count, -1), kept;
   Welder welder(count);
   kept.reserve(3 * triangles);
-  std::size_t dropped = 0;
   const auto usable = [&](std::int32_t vertex) {
     if (vertex < 0 || static_cast<std::size_t>(vertex) >= count) return false;
     const float* at = vertices + 3 * static_cast<std::size_t>(vertex);
@@ -310,10 +309,7 @@ TriangleMesh make_mesh(const float* vertices, std::size_t count, const std::int3
   };
   for (std::size_t t = 0; t < triangles; ++t) {
     const std::int32_t* given = faces + 3 * t;
-    if (!usable(given[0]) || !usable(given[1]) || !usable(given[2])) {
-      ++dropped;
-      continue;
-    }
+    if (!usable(given[0]) || !usable(given[1]) || !usable(given[2])) continue;
     std::int32_t corners[3];
     for (int k = 0; k < 3; ++k) {
       std::int32_t& known = number[static_cast<std::size_t>(given[k])];
@@ -338,7 +334,6 @@ TriangleMesh make_mesh(const float* vertices, std::size_t count, const std::int3
   sort_vertices(mesh);
   list_rings(mesh);
   fit_boxes(mesh);
-  mesh.dropped = dropped;
   return mesh;
 }
 

@@ -36,7 +36,6 @@ struct TriangleMesh {
   // The triangles around vertex v are rings[ring_starts[v]] to before rings[ring_starts[v + 1]].
   std::vector<std::uint32_t> ring_starts, rings;
   std::vector<NormalBounds> ring_normals;   // of the triangles around each vertex
-  std::size_t dropped = 0;           // number of triangles left out because a corner is not finite or does not exist
 };
 
 // An edge of a triangle. `low` and `high` are its vertices, the lower number first.
@@ -50,9 +49,9 @@ struct MeshEdge {
 std::vector<MeshEdge> mesh_edges(const std::vector<std::int32_t>& faces, std::size_t vertices);
 
 // A mesh of vertices (count, 3) [m] and triangles (triangles, 3). Vertices that agree to 1e-8 m are welded. Triangles
-// that lose a corner by that are left out, as are those with a corner that is not finite or does not exist (see
-// `dropped`). The mesh is closed if every edge belongs to two triangles that pass it in opposite directions. If the
-// triangles of a closed mesh are clockwise from outside, they are reversed.
+// that lose a corner by that are left out, as are those with a corner that is not finite or does not exist. The mesh is
+// closed if every edge belongs to two triangles that pass it in opposite directions. If the triangles of a closed mesh
+// are clockwise from outside, they are reversed.
 TriangleMesh make_mesh(const float* vertices, std::size_t count, const std::int32_t* faces, std::size_t triangles);
 
 // A height field as a closed solid, as MuJoCo collides it. `size`: half lengths along x and y, height of data 1, and

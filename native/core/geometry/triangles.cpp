@@ -224,20 +224,21 @@ bool TriangleShadow::faces_down(const double corner[3][3], double normal[3]) con
 }
 
 // Best-first search for the lowest point. Boxes are searched in order of the least height that they may have, until
-// none can be below `lowest` by more than rounding. `reach(box)`: this least height, infinite if the box does not
-// count. `visit(triangle)`: called for the triangles of the smallest boxes; may decrease `lowest`.
-template <typename Reach, typename Visit>
-void TriangleShadow::walk_down(const double& lowest, Reach&& reach, Visit&& visit) {
+// none can be below the lowest point found by more than rounding.
+void TriangleShadow::find_lowest() {
   const auto& boxes = mesh_->boxes;
   queue_.clear();
   const auto add = [&](std::uint32_t number) {
-    const double low = reach(boxes[number]);
-    if (!(low < lowest - 2 * slack_)) return;
+    const MeshBox& box = boxes[number];
+    const Span z = span(box, 2);
+    const double low = std::max(z.low, floor_);
+    if (!(z.high >= floor_) || !(low < lowest_ - 2 * slack_) || !may_face_down(box)) return;
+    if (is_beside(span(box, 0), span(box, 1))) return;
     queue_.emplace_back(low, number);
     std::push_heap(queue_.begin(), queue_.end(), std::greater<>());
   };
   add(0);
-  while (!queue_.empty() && queue_.front().first < lowest - 2 * slack_) {
+  while (!queue_.empty() && queue_.front().first < lowest_ - 2 * slack_) {
     const std::uint32_t number = queue_.front().second;
     std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
     queue_.pop_back();
@@ -246,39 +247,14 @@ void TriangleShadow::walk_down(const double& lowest, Reach&& reach, Visit&& visi
       add(number + 1), add(box.second);
       continue;
     }
-    for (std::uint32_t t = box.first; t < box.first + box.count; ++t) visit(t);
+    for (std::uint32_t t = box.first; t < box.first + box.count; ++t) {
+      double corner[3][3], normal[3];
+      const Span z = corner_span(t, 2, corner);
+      if (!(z.low < lowest_) || !(z.high >= floor_)) continue;
+      corners_of(t, corner);
+      if (faces_down(corner, normal)) lowest_ = std::min(lowest_, lowest_over(corner, part_, floor_));
+    }
   }
-}
-
-std::array<double, 3> TriangleShadow::bottom() {
-  std::array<double, 3> found = {0.0, 0.0, kInfinite};
-  if (mesh_->boxes.empty()) return found;
-  walk_down(
-      found[2], [&](const MeshBox& box) { return span(box, 2).low; },
-      [&](std::uint32_t t) {
-        double corner[3][3];
-        if (!(corner_span(t, 2, corner).low < found[2])) return;
-        corners_of(t, corner);
-        for (const auto& one : corner) {
-          if (one[2] < found[2]) std::copy(one, one + 3, found.begin());
-        }
-      });
-  return found;
-}
-
-void TriangleShadow::find_lowest() {
-  const auto reach = [&](const MeshBox& box) {
-    const Span z = span(box, 2);
-    if (!(z.high >= floor_) || !(z.low < lowest_ - 2 * slack_) || !may_face_down(box)) return kInfinite;
-    return is_beside(span(box, 0), span(box, 1)) ? kInfinite : std::max(z.low, floor_);
-  };
-  walk_down(lowest_, reach, [&](std::uint32_t t) {
-    double corner[3][3], normal[3];
-    const Span z = corner_span(t, 2, corner);
-    if (!(z.low < lowest_) || !(z.high >= floor_)) return;
-    corners_of(t, corner);
-    if (faces_down(corner, normal)) lowest_ = std::min(lowest_, lowest_over(corner, part_, floor_));
-  });
 }
 
 bool TriangleShadow::left_out_below(const InclinedPlane& plane) {

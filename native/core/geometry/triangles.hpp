@@ -39,8 +39,6 @@ class TriangleShadow {
   double lowest() const { return lowest_; }
   // Whether triangles over the part that were left out, because they are beyond the cast's reach, come below a plane.
   bool left_out_below(const InclinedPlane& plane);
-  // The lowest vertex [m], over the part or not. Its height is infinite if the mesh is empty.
-  std::array<double, 3> bottom();
   // Points over the part where the mesh may touch first [m]: vertices without a lower neighbour, and the lowest points
   // of triangles that are cut at the part's rim. Only the lowest in each bucket of a coarse grid is kept.
   void bottoms(std::vector<std::array<double, 3>>& points);
@@ -84,8 +82,6 @@ class TriangleShadow {
   Span corner_span(std::uint32_t triangle, int axis, double corner[3][3]) const;
   void corners_of(std::uint32_t triangle, double corner[3][3]) const;
   bool faces_down(const double corner[3][3], double normal[3]) const;
-  template <typename Reach, typename Visit>
-  void walk_down(const double& lowest, Reach&& reach, Visit&& visit);
   void find_lowest();
   void gather();
   void add_cluster(const MeshBox& box, const Span& x, const Span& y, double low);
