@@ -69,8 +69,8 @@ void Reader::tell(const Pressed::Note& note) {
 bool Reader::has_own_size(const Model* model) const {
   if (!pad_->outer().is_flat()) return true;
   const double* half = doubles(model, layout.model_geom_size) + 3 * geom_;
-  const SurfaceGrid& surface = pad_->surface();
-  const double own[3] = {surface.high_x() - surface.low_x(), surface.high_y() - surface.low_y(), pad_->depth()};
+  const Rectangle sheet = pad_->surface().sheet();
+  const double own[3] = {sheet.east - sheet.west, sheet.north - sheet.south, pad_->depth()};
   const double most = size_tolerance_;
   return std::equal(own, own + 3, half, [most](double a, double b) { return std::abs(a - 2.0 * b) <= most; });
 }

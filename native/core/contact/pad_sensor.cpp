@@ -701,11 +701,6 @@ SolvedCells PadSensor::solved_cells(std::size_t touch) const {
   return solved;
 }
 
-Rectangle PadSensor::sheet() const {
-  const SurfaceGrid& surface = pad_->surface();
-  return {surface.low_x(), surface.low_y(), surface.high_x(), surface.high_y()};
-}
-
 // The flat face with which a body faces the pad, cut at the sheet's edge, and its placement. Null if there is none.
 std::shared_ptr<const Face> PadSensor::face_towards(const Touch& touch, Placement& placement) {
   if (touch.face != nullptr) placement = touch.placement;

@@ -216,7 +216,7 @@ class PadSensor {
   std::shared_ptr<const Face> cut_face(const Touch& touch, std::size_t side, const Placement& placement);
   bool over_sheet(const Face& face, const Placement& placement) const;
   bool may_cover(const FlatSide& side, const Placement& placement) const;
-  Rectangle sheet() const;
+  Rectangle sheet() const { return pad_->surface().sheet(); }
   // The surface as contacts over a part of it see it.
   ContactSurface surface(const Rectangle& part, const TangentPlane* plane = nullptr) const {
     return {part, pad_->compliance(), options_, plane};

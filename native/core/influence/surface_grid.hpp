@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "geometry/polygon.hpp"
+
 namespace mjtactile {
 
 // An edge of a polygon [m], and the traction on its left minus the traction on its right [Pa].
@@ -25,10 +27,7 @@ class SurfaceGrid {
   // Coordinate of a column or a row of nodes [m].
   double node_x(std::size_t column) const { return node(x_, column); }
   double node_y(std::size_t row) const { return node(y_, row); }
-  double low_x() const { return x_.front(); }
-  double high_x() const { return x_.back(); }
-  double low_y() const { return y_.front(); }
-  double high_y() const { return y_.back(); }
+  Rectangle sheet() const { return {x_.front(), y_.front(), x_.back(), y_.back()}; }   // [m]
 
   // Memory that the caller keeps between calls, so that they do not allocate.
   struct Workspace {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 #include "linalg/angles.hpp"
 #include "linalg/kernels_sets.hpp"
@@ -11,21 +12,13 @@
 namespace mjtactile::avx2 {
 namespace {
 
-template <typename Value>
-Value widened(Half stored) {
-  return _cvtsh_ss(stored);
-}
-template <typename Value>
-Value widened(Byte stored) {
-  return stored;
-}
-template <typename Value>
-Value widened(float stored) {
-  return stored;
-}
-template <typename Value>
-Value widened(double stored) {
-  return stored;
+template <typename Value, typename Stored>
+Value widened(Stored stored) {
+  if constexpr (std::is_same_v<Stored, Half>) {
+    return _cvtsh_ss(stored);
+  } else {
+    return stored;
+  }
 }
 
 inline void prefetch(const char* at) { _mm_prefetch(at, _MM_HINT_T0); }

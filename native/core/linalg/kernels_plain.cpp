@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 #include "linalg/angles.hpp"
@@ -10,21 +11,13 @@
 namespace mjtactile::plain {
 namespace {
 
-template <typename Value>
-Value widened(Half stored) {
-  return to_float(stored);
-}
-template <typename Value>
-Value widened(Byte stored) {
-  return stored;
-}
-template <typename Value>
-Value widened(float stored) {
-  return stored;
-}
-template <typename Value>
-Value widened(double stored) {
-  return stored;
+template <typename Value, typename Stored>
+Value widened(Stored stored) {
+  if constexpr (std::is_same_v<Stored, Half>) {
+    return to_float(stored);
+  } else {
+    return stored;
+  }
 }
 
 inline void prefetch(const char*) {}

@@ -6,37 +6,10 @@
 #include "linalg/kernels.hpp"
 
 namespace mjtactile {
+namespace {
 
-double dot(const double* a, const double* b, std::size_t count) {
-  return kernels().dot(a, b, count);
-}
-
-// Gaussian elimination without pivoting.
-bool solve_small(std::size_t size, const double* matrix, double* right, std::size_t sides, double least) {
-  double a[kMostSmall][kMostSmall], largest = 0.0;
-  for (std::size_t i = 0; i < size; ++i) {
-    for (std::size_t j = 0; j < size; ++j) a[i][j] = matrix[i * size + j];
-    largest = std::max(largest, a[i][i]);
-  }
-  for (std::size_t k = 0; k < size; ++k) {
-    if (!(a[k][k] > least * largest)) return false;
-    for (std::size_t i = k + 1; i < size; ++i) {
-      const double ratio = a[i][k] / a[k][k];
-      for (std::size_t j = k; j < size; ++j) a[i][j] -= ratio * a[k][j];
-      for (std::size_t s = 0; s < sides; ++s) right[i * sides + s] -= ratio * right[k * sides + s];
-    }
-  }
-  for (std::size_t i = size; i-- > 0;) {
-    for (std::size_t s = 0; s < sides; ++s) {
-      double* x = right + i * sides + s;
-      for (std::size_t j = i + 1; j < size; ++j) *x -= a[i][j] * right[j * sides + s];
-      *x /= a[i][i];
-    }
-  }
-  return true;
-}
-
-// Cyclic Jacobi rotations (Golub, Van Loan, Matrix Computations, section 8.5).
+// Eigenvalues (in no order) and unit eigenvectors, as columns, of a symmetric matrix (size, size), at most kMostSmall,
+// by cyclic Jacobi rotations (Golub, Van Loan, Matrix Computations, section 8.5).
 void symmetric_eigen(std::size_t size, const double* matrix, double* values, double* vectors) {
   constexpr int kSweeps = 30;
   double a[kMostSmall][kMostSmall];
@@ -75,6 +48,37 @@ void symmetric_eigen(std::size_t size, const double* matrix, double* values, dou
     if (!turned) break;
   }
   for (std::size_t i = 0; i < size; ++i) values[i] = a[i][i];
+}
+
+}  // namespace
+
+double dot(const double* a, const double* b, std::size_t count) {
+  return kernels().dot(a, b, count);
+}
+
+// Gaussian elimination without pivoting.
+bool solve_small(std::size_t size, const double* matrix, double* right, std::size_t sides, double least) {
+  double a[kMostSmall][kMostSmall], largest = 0.0;
+  for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t j = 0; j < size; ++j) a[i][j] = matrix[i * size + j];
+    largest = std::max(largest, a[i][i]);
+  }
+  for (std::size_t k = 0; k < size; ++k) {
+    if (!(a[k][k] > least * largest)) return false;
+    for (std::size_t i = k + 1; i < size; ++i) {
+      const double ratio = a[i][k] / a[k][k];
+      for (std::size_t j = k; j < size; ++j) a[i][j] -= ratio * a[k][j];
+      for (std::size_t s = 0; s < sides; ++s) right[i * sides + s] -= ratio * right[k * sides + s];
+    }
+  }
+  for (std::size_t i = size; i-- > 0;) {
+    for (std::size_t s = 0; s < sides; ++s) {
+      double* x = right + i * sides + s;
+      for (std::size_t j = i + 1; j < size; ++j) *x -= a[i][j] * right[j * sides + s];
+      *x /= a[i][i];
+    }
+  }
+  return true;
 }
 
 MotionStiffness::MotionStiffness(std::size_t size, const double* matrix) : size_(size) {

@@ -16,9 +16,6 @@ double dot(const double* a, const double* b, std::size_t count);
 // largest diagonal entry; `right` is then undefined.
 bool solve_small(std::size_t size, const double* matrix, double* right, std::size_t sides, double least);
 
-// Eigenvalues (in no order) and unit eigenvectors, as columns, of a symmetric matrix (size, size), at most kMostSmall.
-void symmetric_eigen(std::size_t size, const double* matrix, double* values, double* vectors);
-
 // When a motion of a body counts as open: if its stiffness is at most `open`. The body does not move along an open
 // motion unless the load along it exceeds `loaded`. It then moves as if its stiffness were `open`, which is far.
 struct Openness {

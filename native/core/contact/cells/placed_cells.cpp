@@ -99,8 +99,9 @@ std::shared_ptr<const Face> shape_cells(OutlineKey key) {
   return kept.front().second;
 }
 
-}  // namespace
-
+// Angle of an outline's own axes, from -pi/4 to pi/4 [rad]. They are the axes along which sides of the outline and of
+// its convex hull have the largest total length. A round outline has its principal axes of inertia. If several
+// directions are equal, the one nearest to the x axis is used.
 double own_direction(const Outline& outline) {
   std::vector<Point> corners;
   for (const std::vector<Point>& ring : outline.rings) corners.insert(corners.end(), ring.begin(), ring.end());
@@ -130,6 +131,8 @@ double own_direction(const Outline& outline) {
   }
   return levelled(best);
 }
+
+}  // namespace
 
 PlacedCells placed_cells(const Outline& outline, std::size_t count) {
   const Point origin = outline.rings.front().front();

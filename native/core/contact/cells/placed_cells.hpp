@@ -20,9 +20,4 @@ struct PlacedCells {
 // from several threads.
 PlacedCells placed_cells(const Outline& outline, std::size_t count);
 
-// Angle of an outline's own axes, from -pi/4 to pi/4 [rad]. They are the axes along which sides of the outline and of
-// its convex hull have the largest total length. A round outline has its principal axes of inertia. If several
-// directions are equal, the one nearest to the x axis is used.
-double own_direction(const Outline& outline);
-
 }  // namespace mjtactile
