@@ -17,20 +17,7 @@ using namespace mjtactile;
 
 namespace {
 
-// Memory that each thread keeps between calls.
-struct Scratch {
-  SurfaceGrid::Workspace grid;
-  std::vector<TractionEdge> edges;
-  GapMap gap;
-  ShearIntegrals shear_integrals;
-  FullCompliance full;
-  SurfaceShear surface_shear;
-};
-
-Scratch& scratch() {
-  static thread_local Scratch kept;
-  return kept;
-}
+// Functions keep memory for each thread between calls.
 
 template <typename Value>
 void read(const StressMap<Value>& map, const double* forces, double* readings) {
@@ -135,15 +122,16 @@ void mjt_readings(const mjt_pad* pad, const double* forces, double* readings) {
 
 void mjt_traction_forces(size_t count_x, const double* ends_x, size_t count_y, const double* ends_y, size_t count,
                          const double* edges, const double* tractions, double* forces) {
-  Scratch& kept = scratch();
+  static thread_local SurfaceGrid::Workspace workspace;
+  static thread_local std::vector<TractionEdge> made;
   const SurfaceGrid grid({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y});
-  kept.edges.resize(count);
+  made.resize(count);
   for (size_t i = 0; i < count; ++i) {
     const double* edge = edges + 4 * i;
     const double* traction = tractions + 3 * i;
-    kept.edges[i] = {{edge[0], edge[1]}, {edge[2], edge[3]}, {traction[0], traction[1], traction[2]}};
+    made[i] = {{edge[0], edge[1]}, {edge[2], edge[3]}, {traction[0], traction[1], traction[2]}};
   }
-  grid.traction_forces(kept.edges.data(), count, kept.grid, forces);
+  grid.traction_forces(made.data(), count, workspace, forces);
 }
 
 int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, const double* modes,
@@ -174,7 +162,7 @@ void mjt_body_free(mjt_body* body) { delete body; }
 
 int mjt_body_heights(const mjt_body* body, const double* pose, const double* sheet, double floor, double ceiling,
                      size_t count, const double* points, double* heights) {
-  GapMap& gap = scratch().gap;
+  static thread_local GapMap gap;
   const Rectangle part = {sheet[0], sheet[1], sheet[2], sheet[3]};
   if (!gap.place(body->shapes, pose_of(pose), part, {floor, ceiling, 0.0, ceiling})) return 0;
   std::vector<Point> asked(count);
@@ -292,15 +280,14 @@ void mjt_pad_set_tangential(mjt_pad* pad, double poisson, const double* remainde
 }
 
 void mjt_half_space(size_t cells, size_t edges, const double* ends, const int32_t* sides, double* integrals) {
-  Scratch& kept = scratch();
+  static thread_local ShearIntegrals shear;
   Face face;
   face.areas.resize(cells);
   for (size_t i = 0; i < edges; ++i, ends += 4, sides += 2) {
     face.edges.push_back({{ends[0], ends[1]}, {ends[2], ends[3]}, sides[0], sides[1]});
   }
   EdgeIntegrals().inverse_distance(face.edges, cells, face.inverse_distance);
-  integrate_edges(face, kept.shear_integrals);
-  const ShearIntegrals& shear = kept.shear_integrals;
+  integrate_edges(face, shear);
   for (const auto* one : std::initializer_list<const std::vector<double>*>{
            &face.inverse_distance, &shear.xx, &shear.xy, &shear.yy, &shear.along, &shear.across}) {
     integrals = std::copy(one->begin(), one->end(), integrals);
@@ -310,13 +297,14 @@ void mjt_half_space(size_t cells, size_t edges, const double* ends, const int32_
 int mjt_surface_shear(size_t cells, const double* centroids, const double* pressing, const double* heights,
                       const double* frame, int tilting, const double* compliance, const double* wrench,
                       const char* tangential, double friction, double* forces) {
-  Scratch& kept = scratch();
+  static thread_local FullCompliance full;
+  static thread_local SurfaceShear surface_shear;
   std::vector<Point> points;
   for (size_t i = 0; i < cells; ++i) points.push_back({centroids[2 * i], centroids[2 * i + 1]});
-  if (compliance != nullptr) copy(compliance, kept.full.given(cells));
+  if (compliance != nullptr) copy(compliance, full.given(cells));
   const PressedCells pressed = {cells, points.data(), pressing, heights, {frame[0], frame[1]}, frame[2], tilting != 0,
                                 nullptr};
-  const ShearProblem problem = {pressed, compliance == nullptr ? nullptr : &kept.full, wrench, friction};
-  const ShearOutcome outcome = kept.surface_shear.solve(*tangential_named(tangential), problem, forces);
+  const ShearProblem problem = {pressed, compliance == nullptr ? nullptr : &full, wrench, friction};
+  const ShearOutcome outcome = surface_shear.solve(*tangential_named(tangential), problem, forces);
   return (outcome.refused ? 1 : 0) | (outcome.slides ? 2 : 0) | (outcome.simplified ? 4 : 0);
 }

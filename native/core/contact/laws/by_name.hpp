@@ -6,6 +6,13 @@
 
 namespace mjtactile {
 
+// The one object of a law or choice, which serves all contacts.
+template <typename One>
+const One& the_only() {
+  static const One one;
+  return one;
+}
+
 const ContactLaw& elastic_law();
 const ContactLaw& foundation_law();
 const ContactLaw& uniform_law();

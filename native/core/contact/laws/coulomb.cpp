@@ -155,9 +155,6 @@ class Coulomb final : public TangentialChoice {
 
 }  // namespace
 
-const TangentialChoice& coulomb_shear() {
-  static const Coulomb choice;
-  return choice;
-}
+const TangentialChoice& coulomb_shear() { return the_only<Coulomb>(); }
 
 }  // namespace mjtactile

@@ -43,9 +43,6 @@ class Elastic final : public ContactLaw {
 
 }  // namespace
 
-const ContactLaw& elastic_law() {
-  static const Elastic law;
-  return law;
-}
+const ContactLaw& elastic_law() { return the_only<Elastic>(); }
 
 }  // namespace mjtactile

@@ -55,9 +55,6 @@ class Foundation final : public ContactLaw {
 
 }  // namespace
 
-const ContactLaw& foundation_law() {
-  static const Foundation law;
-  return law;
-}
+const ContactLaw& foundation_law() { return the_only<Foundation>(); }
 
 }  // namespace mjtactile

@@ -24,9 +24,6 @@ class Proportional final : public TangentialChoice {
 
 }  // namespace
 
-const TangentialChoice& proportional_shear() {
-  static const Proportional choice;
-  return choice;
-}
+const TangentialChoice& proportional_shear() { return the_only<Proportional>(); }
 
 }  // namespace mjtactile

@@ -103,9 +103,6 @@ class Stick final : public TangentialChoice {
 
 }  // namespace
 
-const TangentialChoice& stick_shear() {
-  static const Stick choice;
-  return choice;
-}
+const TangentialChoice& stick_shear() { return the_only<Stick>(); }
 
 }  // namespace mjtactile

@@ -23,9 +23,6 @@ class Uniform final : public ContactLaw {
 
 }  // namespace
 
-const ContactLaw& uniform_law() {
-  static const Uniform law;
-  return law;
-}
+const ContactLaw& uniform_law() { return the_only<Uniform>(); }
 
 }  // namespace mjtactile
