@@ -1,6 +1,5 @@
 // The C interface to contacts without MuJoCo: footprints pressed as the plugin presses bodies.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>

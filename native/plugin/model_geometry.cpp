@@ -4,7 +4,6 @@
 #include <cstring>
 #include <iterator>
 #include <mutex>
-#include <string>
 #include <string_view>
 #include <unordered_map>
 

@@ -5,9 +5,7 @@
 // (mujoco.introspect), checks them, and hands them over together with the functions. One binary serves all versions.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <cstring>
 
 namespace mjtactile::mujoco {
 

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <utility>
 
+#include "contact/cells/face_cells.hpp"
 #include "linalg/angles.hpp"
 #include "linalg/vectors.hpp"
 

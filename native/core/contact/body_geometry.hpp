@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "contact/cells/face.hpp"
-#include "contact/cells/face_cells.hpp"
 #include "geometry/flat_facets.hpp"
+#include "geometry/outline.hpp"
 #include "geometry/shape.hpp"
 
 namespace mjtactile {

@@ -1,7 +1,6 @@
 // A flat face pressed at one place: on its own cells or, if these are coarse for the part in contact, on cells there.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 

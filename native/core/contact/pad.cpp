@@ -17,6 +17,42 @@ Columns<Value> filled(const double* matrix, const std::vector<std::size_t>& orde
   return columns;
 }
 
+template <typename Value>
+void set_mirrors_of(StressMap<Value>& map, bool x, bool y, const double* signs) {
+  map.mirrored[0] = x, map.mirrored[1] = y;
+  const std::size_t count = map.class_count();
+  for (std::size_t image = 0; image < count; ++image) {
+    for (std::size_t c = 0; c < count; ++c) {
+      map.signs[kClasses * image + c] = static_cast<Value>(signs[count * image + c]);
+    }
+  }
+}
+
+template <typename Value>
+void add_layer_to(StressMap<Value>& map, const AveragingRows& rows) {
+  typename StressMap<Value>::Layer layer;
+  layer.points = rows.points;
+  layer.rows = padded(map.coordinates * rows.points);
+  layer.offset = map.response_size;
+  for (std::size_t t = 0; t < rows.taxels; ++t) {
+    const std::int32_t start = rows.starts[t], end = rows.starts[t + 1];
+    layer.taxels.push_back({static_cast<std::uint32_t>(start), static_cast<std::uint32_t>(end - start)});
+    for (std::int32_t i = start; i < end; ++i) {
+      const std::size_t place = static_cast<std::size_t>(rows.places[i]);
+      const std::size_t quadrant = place / rows.points, point = place % rows.points;
+      layer.places.push_back(static_cast<std::uint32_t>(quadrant * layer.points + point));
+      layer.weights.push_back(static_cast<Value>(rows.weights[i]));
+    }
+  }
+  layer.single = true;
+  for (std::size_t t = 0; t < rows.taxels; ++t) {
+    layer.single = layer.single && layer.taxels[t].first == t && layer.taxels[t].count == 1;
+  }
+  map.response_size += map.class_count() * layer.rows;
+  map.taxels += rows.taxels;
+  map.layers.push_back(std::move(layer));
+}
+
 }  // namespace
 
 Pad::Pad(SurfaceGrid surface, Precision precision, const CornerSpread* corners)
@@ -39,17 +75,6 @@ void Pad::set_mirrors(bool x, bool y, const double* signs) {
   }, maps_);
 }
 
-template <typename Value>
-void Pad::set_mirrors_of(StressMap<Value>& map, bool x, bool y, const double* signs) {
-  map.mirrored[0] = x, map.mirrored[1] = y;
-  const std::size_t count = map.class_count();
-  for (std::size_t image = 0; image < count; ++image) {
-    for (std::size_t c = 0; c < count; ++c) {
-      map.signs[kClasses * image + c] = static_cast<Value>(signs[count * image + c]);
-    }
-  }
-}
-
 void Pad::add_layer(const AveragingRows& rows, Precision precision) {
   points_.push_back(rows.points);
   stored_.push_back(precision);
@@ -69,31 +94,6 @@ void Pad::set_class(std::size_t c, std::size_t count, const std::int32_t* column
 
 std::size_t Pad::bytes() const {
   return std::visit([](const auto& maps) { return maps.deviatoric.bytes() + maps.mean.bytes(); }, maps_);
-}
-
-template <typename Value>
-void Pad::add_layer_to(StressMap<Value>& map, const AveragingRows& rows) {
-  typename StressMap<Value>::Layer layer;
-  layer.points = rows.points;
-  layer.rows = padded(map.coordinates * rows.points);
-  layer.offset = map.response_size;
-  for (std::size_t t = 0; t < rows.taxels; ++t) {
-    const std::int32_t start = rows.starts[t], end = rows.starts[t + 1];
-    layer.taxels.push_back({static_cast<std::uint32_t>(start), static_cast<std::uint32_t>(end - start)});
-    for (std::int32_t i = start; i < end; ++i) {
-      const std::size_t place = static_cast<std::size_t>(rows.places[i]);
-      const std::size_t quadrant = place / rows.points, point = place % rows.points;
-      layer.places.push_back(static_cast<std::uint32_t>(quadrant * layer.points + point));
-      layer.weights.push_back(static_cast<Value>(rows.weights[i]));
-    }
-  }
-  layer.single = true;
-  for (std::size_t t = 0; t < rows.taxels; ++t) {
-    layer.single = layer.single && layer.taxels[t].first == t && layer.taxels[t].count == 1;
-  }
-  map.response_size += map.class_count() * layer.rows;
-  map.taxels += rows.taxels;
-  map.layers.push_back(std::move(layer));
 }
 
 template <typename Value>

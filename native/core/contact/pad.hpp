@@ -100,10 +100,6 @@ class Pad {
 
  private:
   template <typename Value>
-  void set_mirrors_of(StressMap<Value>& map, bool x, bool y, const double* signs);
-  template <typename Value>
-  void add_layer_to(StressMap<Value>& map, const AveragingRows& rows);
-  template <typename Value>
   void set_class_of(StressMap<Value>& map, std::size_t c, std::size_t count, const std::int32_t* columns,
                     const double* signs, const MatrixFactors* layers);
 

@@ -17,6 +17,7 @@
 #include "contact/basis_cache.hpp"
 #include "contact/body_geometry.hpp"
 #include "contact/cells/face.hpp"
+#include "contact/cells/face_cells.hpp"
 #include "contact/cells/tangential.hpp"
 #include "contact/flat_press.hpp"
 #include "contact/laws/cell_contact.hpp"

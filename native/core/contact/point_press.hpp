@@ -9,7 +9,6 @@
 
 #include "contact/cells/bent_cells.hpp"
 #include "contact/cells/face.hpp"
-#include "geometry/height_map.hpp"
 #include "influence/surface_grid.hpp"
 
 namespace mjtactile {

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "geometry/polygon.hpp"
-#include "geometry/triangles.hpp"
 
 namespace mjtactile {
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "geometry/triangles.hpp"
+#include "geometry/polygon.hpp"
 
 namespace mjtactile {
 

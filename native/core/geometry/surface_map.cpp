@@ -1,6 +1,5 @@
 #include "geometry/surface_map.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace mjtactile {

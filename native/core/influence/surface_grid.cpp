@@ -1,7 +1,6 @@
 #include "influence/surface_grid.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 
 #include "influence/edge_pieces.hpp"

@@ -1,7 +1,6 @@
 #include "linalg/dense.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 

@@ -5,8 +5,6 @@
 // turns integrals over two polygons into integrals over their edges, as in tests/reference/half_space.py.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <vector>
 
 #include "contact/cells/face.hpp"

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "geometry/tangent_plane.hpp"
-#include "linalg/dense.hpp"
 #include "linalg/small.hpp"
 
 namespace mjtactile {
