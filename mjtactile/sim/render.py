@@ -6,6 +6,7 @@ import importlib
 import os
 import subprocess
 import sys
+import weakref
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -23,6 +24,8 @@ BACKENDS = ("egl", "osmesa")
 PROBE_TIMEOUT = 30.0
 
 _MAXIMUM_GEOMS = 10_000
+#: OpenGL contexts of renderers that are gone, each with its buffers, until they are freed.
+_left: list[tuple[Any, mujoco.MjrContext]] = []
 _PROBE = """
 import sys, mujoco
 from mjtactile.sim.render import context_class
@@ -71,6 +74,8 @@ def render_scene(
 class Renderer:
     """Draws states of one model, off-screen, in an OpenGL context of its own.
 
+    OpenGL allows a context in one thread at a time: draw all pictures in the thread that made the renderer.
+
     Args:
         model: compiled model.
         width, height: size of the images [pixels].
@@ -80,6 +85,7 @@ class Renderer:
     """
 
     def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
+        free_left()
         self._size = width, height
         self._context = context_class(working_backend())(width, height)
         self._context.make_current()
@@ -87,6 +93,9 @@ class Renderer:
         self._buffers = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
         mujoco.mjr_resizeOffscreen(width, height, self._buffers)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._buffers)
+        # Garbage may be collected while another context draws, so what it leaves is freed by `free_left`.
+        self._leave = weakref.finalize(self, _left.append, (self._context, self._buffers))
+        self._leave.atexit = False
 
     def picture(
         self,
@@ -95,8 +104,19 @@ class Renderer:
         camera: str | mujoco.MjvCamera,
         mark: Callable[[Any], None] | None = None,
     ) -> npt.NDArray[np.uint8]:
-        """Draw a state; arguments, result and errors are those of `render_scene`."""
-        self._context.make_current()
+        """Draw a state; arguments, result and errors are those of `render_scene`.
+
+        Raises:
+            RenderError: the context is in use by another thread.
+        """
+        try:
+            self._context.make_current()
+        except Exception as error:  # every backend has errors of its own
+            raise RenderError(
+                f"OpenGL cannot draw in this thread ({type(error).__name__}): a renderer works in one thread at a "
+                "time. Draw all pictures in the thread that drew the first one, or make a renderer or environment for "
+                "each thread."
+            ) from error
         option, kinds = mujoco.MjvOption(), mujoco.mjtCatBit.mjCAT_ALL
         view = _view(model, camera)
         mujoco.mjv_updateScene(model, data, option, mujoco.MjvPerturb(), view, kinds, self._scene)
@@ -110,9 +130,25 @@ class Renderer:
         return np.ascontiguousarray(picture[::-1])
 
     def free(self) -> None:
-        """Free buffers and context."""
-        self._buffers.free()
-        self._context.free()
+        """Free buffers and context; further calls have no effect."""
+        self._leave()
+        free_left()
+
+
+def free_left() -> None:
+    """Free what renderers have left, except contexts that another thread still uses."""
+    used = []
+    while _left:
+        context, buffers = _left.pop()
+        try:
+            # Buffers are freed by numbers that every context has, so in another one they would be those of others.
+            context.make_current()
+        except Exception:  # every backend has errors of its own
+            used.append((context, buffers))
+            continue
+        buffers.free()
+        context.free()
+    _left.extend(used)
 
 
 @cache

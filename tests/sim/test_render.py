@@ -1,7 +1,9 @@
 """Drawing without a screen: a picture where OpenGL works, a helpful error where it does not."""
 
+import gc
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
 import numpy as np
@@ -9,7 +11,7 @@ import pytest
 
 from mjtactile.sim import render
 from mjtactile.sim.press_scene import press_scene
-from mjtactile.sim.render import RenderError, render_scene, working_backend
+from mjtactile.sim.render import Renderer, RenderError, render_scene, working_backend
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +58,57 @@ def test_pictures_larger_than_the_models_buffer_work_and_repeat(scene):
     model, _ = scene
     first = render_scene(*scene, width=model.vis.global_.offwidth + 10, height=50)
     np.testing.assert_array_equal(first, render_scene(*scene, width=model.vis.global_.offwidth + 10, height=50))
+
+
+#: A texture is among the buffers that have equal numbers in every OpenGL context.
+TEXTURED = """<mujoco><asset><texture name="t" type="2d" builtin="checker" rgb1="1 0 0" rgb2="0 1 0" width="64"
+  height="64"/><material name="m" texture="t"/></asset><worldbody><light pos="0 0 1"/>
+  <geom type="plane" size="1 1 .1" material="m"/><camera name="view" pos="0 0 2"/></worldbody></mujoco>"""
+
+
+@pytest.fixture
+def textured():
+    model = mujoco.MjModel.from_xml_string(TEXTURED)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model, data, "view"
+
+
+@pytest.mark.usefixtures("drawing")
+@pytest.mark.parametrize("end", ["freed", "freed twice", "dropped"])
+def test_the_end_of_a_renderer_leaves_pictures_of_others_as_they_are(textured, end):
+    mine, other = (Renderer(textured[0], 64, 64) for _ in range(2))
+    before = mine.picture(*textured)
+    other.picture(*textured)  # its context is the current one, as the one of a user's own mujoco.Renderer would be
+    mine.picture(*textured)
+    if end == "dropped":
+        del other
+        gc.collect()
+    else:
+        for _ in range(1 + (end == "freed twice")):
+            other.free()
+    np.testing.assert_array_equal(mine.picture(*textured), before)
+    another = Renderer(textured[0], 64, 64)
+    np.testing.assert_array_equal(another.picture(*textured), before)
+    np.testing.assert_array_equal(mine.picture(*textured), before)
+    assert not render._left
+    another.free()
+    mine.free()
+
+
+@pytest.mark.usefixtures("drawing")
+def test_a_renderer_refuses_other_threads_while_its_own_uses_it(textured):
+    renderer = Renderer(textured[0], 64, 64)
+    before = renderer.picture(*textured)
+    with ThreadPoolExecutor(1) as thread:
+        if working_backend() == "egl":  # software in OSMesa draws anywhere
+            with pytest.raises(RenderError, match=r"cannot draw in this thread \(.*thread that drew the first one"):
+                thread.submit(lambda: renderer.picture(*textured)).result()
+            thread.submit(renderer.free).result()  # left until its own thread frees it
+            assert len(render._left) == 1
+    renderer.free()
+    assert not render._left
+    np.testing.assert_array_equal(render_scene(*textured[:2], width=64, height=64, camera="view"), before)
 
 
 def test_without_opengl_the_error_names_the_packages(scene, broken):
