@@ -1,8 +1,13 @@
 """Every error and warning the package raises, so that callers can catch them by name; values in their messages."""
 
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import ClassVar, TypeVar
 
 _Kind = TypeVar("_Kind")
+#: Threads in `quiet_contacts`, by their numbers.
+_quiet: list[int] = []
 #: Most characters of a value in an error message.
 _LONGEST = 120
 
@@ -115,6 +120,28 @@ class RenderError(MjTactileError, RuntimeError):
 
 class ContactWarning(UserWarning):
     """A wrench that the footprint cannot carry, or a contact outside the range of the linear model."""
+
+
+@contextmanager
+def quiet_contacts() -> Iterator[None]:
+    """Issue no ContactWarning of what this thread presses or reads meanwhile, nor ever of an MjData that it makes.
+
+    Filters of warnings stay as they are: they belong to all threads.
+    """
+    _quiet.append(threading.get_ident())
+    try:
+        yield
+    finally:
+        _quiet.remove(threading.get_ident())
+
+
+def contacts_are_quiet() -> bool:
+    """Whether this thread is in `quiet_contacts`, or is one that MuJoCo has started while another was.
+
+    MuJoCo's batches make their data on such threads, which Python does not know.
+    """
+    own = threading.get_ident()
+    return own in _quiet or (bool(_quiet) and all(one.ident != own for one in threading.enumerate()))
 
 
 class MeshWarning(UserWarning):

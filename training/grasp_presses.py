@@ -23,9 +23,9 @@ from mjtactile._progress import progress_bar
 from mjtactile._types import Array
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
+from mjtactile.errors import quiet_contacts
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.pad import Pad
-from mjtactile.plugin.health import quiet_contacts
 
 #: Presses of one job.
 _PER_JOB = 500

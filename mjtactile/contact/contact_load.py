@@ -20,7 +20,7 @@ from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.linear_range import beyond_linear_range
 from mjtactile.contact.options import ContactOptions, Wrench, contact_options, wanted_wrench
 from mjtactile.contact.ready import solved_bodies
-from mjtactile.errors import ContactError, ContactWarning
+from mjtactile.errors import ContactError, ContactWarning, contacts_are_quiet
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import ContactState, SurfaceLoad
 
@@ -154,7 +154,8 @@ def _pressed_loads(
 
 
 def _warn(text: str, stacklevel: int) -> None:
-    warnings.warn(text, ContactWarning, stacklevel=stacklevel)
+    if not contacts_are_quiet():
+        warnings.warn(text, ContactWarning, stacklevel=stacklevel)
 
 
 def reported(

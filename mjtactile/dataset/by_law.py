@@ -21,10 +21,9 @@ from mjtactile.dataset.on_surface import curved_pose_readings
 from mjtactile.dataset.sampling import OutlinePresses, PosePresses
 from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, shape_face, sized_face, sphere_height
 from mjtactile.dataset.spec import ContactSpec
-from mjtactile.errors import DatasetError, FootprintError, SceneError
+from mjtactile.errors import DatasetError, FootprintError, SceneError, quiet_contacts
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad
-from mjtactile.plugin.health import quiet_contacts
 from mjtactile.units import MILLIMETRE
 
 #: Ratio of tangential to pressing force of the probe loads, from which the other loads are combined [-].

@@ -10,11 +10,10 @@ import numpy as np
 from mjtactile._types import Array
 from mjtactile.dataset.sampling import OutlinePresses, PosePresses
 from mjtactile.dataset.shapes import shape_indenter
-from mjtactile.errors import SceneError
+from mjtactile.errors import SceneError, quiet_contacts
 from mjtactile.geometry.indenter import Indenter
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad
-from mjtactile.plugin.health import quiet_contacts
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.press_scene import press, press_spec
 from mjtactile.sim.wrench import centre_of_pressure

@@ -17,9 +17,9 @@ from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.dataset.sampling import OutlinePresses, PosePresses
 from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, sized_face, sphere_height
+from mjtactile.errors import quiet_contacts
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.plugin.health import quiet_contacts
 
 
 def curved_pose_readings(

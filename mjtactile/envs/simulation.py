@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array
-from mjtactile.plugin.health import quiet_contacts
+from mjtactile.errors import quiet_contacts
 
 #: Indices of some of the simulations, shape (k,).
 Rows = npt.NDArray[np.int32]
@@ -38,7 +38,8 @@ class SingleSimulation:
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model, self.count = model, 1
-        self.data = data = mujoco.MjData(model)
+        with quiet_contacts():
+            self.data = data = mujoco.MjData(model)
         self.qpos, self.qvel, self.act, self.ctrl, self.sensordata = (
             array[None] for array in (data.qpos, data.qvel, data.act, data.ctrl, data.sensordata)
         )
@@ -55,17 +56,15 @@ class SingleSimulation:
 
     def forward(self, rows: Rows) -> None:
         """Run the forward pass, including sensors."""
-        with quiet_contacts():
-            mujoco.mj_forward(self.model, self.data)
+        mujoco.mj_forward(self.model, self.data)
 
     def step(self, rows: Rows, count: int) -> None:
         """Advance by `count` MuJoCo steps; sensor data is that of the last step."""
-        with quiet_contacts():
-            if count > 1:
-                self.model.opt.disableflags = self._flags | SENSORS_OFF
-                mujoco.mj_step(self.model, self.data, count - 1)
-                self.model.opt.disableflags = self._flags
-            mujoco.mj_step(self.model, self.data)
+        if count > 1:
+            self.model.opt.disableflags = self._flags | SENSORS_OFF
+            mujoco.mj_step(self.model, self.data, count - 1)
+            self.model.opt.disableflags = self._flags
+        mujoco.mj_step(self.model, self.data)
 
     def state(self, row: int) -> tuple[mujoco.MjModel, mujoco.MjData]:
         """Model and data of the simulation, for rendering."""
@@ -88,7 +87,8 @@ class BatchSimulations:
         from mujoco.batch import Batch
 
         self.model, self.count = model, count
-        self.batch = Batch(model, nsim=count, nthread=threads)
+        with quiet_contacts():
+            self.batch = Batch(model, nsim=count, nthread=threads)
         self.qpos, self.qvel, self.act, self.ctrl, self.sensordata = (
             self.batch.bind(name) for name in ("qpos", "qvel", "act", "ctrl", "sensordata")
         )
@@ -107,22 +107,21 @@ class BatchSimulations:
 
     def forward(self, rows: Rows) -> None:
         """Run the forward pass of some simulations, including sensors."""
-        with quiet_contacts():
-            self.batch.forward(rows)
+        self.batch.forward(rows)
 
     def step(self, rows: Rows, count: int) -> None:
         """Advance some simulations by `count` MuJoCo steps; sensor data is that of the last step."""
-        with quiet_contacts():
-            if count > 1:
-                self._flags[:] = self._sensing | SENSORS_OFF
-                self.batch.step(rows, nstep=count - 1)
-                self._flags[:] = self._sensing
-            self.batch.step(rows)
+        if count > 1:
+            self._flags[:] = self._sensing | SENSORS_OFF
+            self.batch.step(rows, nstep=count - 1)
+            self._flags[:] = self._sensing
+        self.batch.step(rows)
 
     def state(self, row: int) -> tuple[mujoco.MjModel, mujoco.MjData]:
         """Model and data of one simulation for rendering; the same objects each time, updated."""
         model, data = self._drawn.get(row, (None, None))
-        model, data = self.batch.get_model(row, model), self.batch.get_data(row, data)
+        with quiet_contacts():
+            model, data = self.batch.get_model(row, model), self.batch.get_data(row, data)
         self._drawn[row] = model, data
         mujoco.mj_forward(model, data)
         return model, data

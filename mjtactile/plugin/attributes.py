@@ -232,5 +232,5 @@ def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> 
         influence=influence, options=options, friction=attributes.friction, stress="stress" in attributes.outputs
     )
     name = copy.geom(geom).name or f"geom number {geom}"
-    fill_instance(to, how, name, tuple(copy.body(number).name for number in range(copy.nbody)))
+    fill_instance(to, how, name, tuple(copy.body(number).name for number in range(copy.nbody)), asked=False)
     to.visual = attributes.visual

@@ -1,9 +1,9 @@
 """Warnings and counts of the compiled core, passed to Python after the step.
 
-The core never calls Python during a step. It schedules a call for the next time that Python runs, which issues one
-warning for every pad, body and kind, however many simulations follow one another. Under other filters, such as those
-of each `warnings.catch_warnings`, it is issued anew. All occurrences are counted (`Health`), and those in
-other simulations reported at the end of the process.
+The core never calls Python during a step. It schedules a call for the next time that Python's main thread runs, which
+issues one warning for every pad, body and kind, however many simulations follow one another. Under other filters, such
+as those of each `warnings.catch_warnings`, it is issued anew. All occurrences are counted (`Health`), and those in
+other simulations reported at the end of the process. Readings that Python asks for bring their own warnings.
 """
 
 from __future__ import annotations
@@ -15,13 +15,12 @@ import os
 import sys
 import threading
 import warnings
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from mjtactile.errors import ContactWarning, SceneError, of_type
+from mjtactile.errors import ContactWarning, SceneError, contacts_are_quiet, of_type
 
 #: Whether contacts cause warnings; MJTACTILE_WARNINGS=0 or `set_warnings` switch them off.
 _enabled = os.environ.get("MJTACTILE_WARNINGS", "1") != "0"
@@ -85,6 +84,8 @@ class Names:
     pressure: str  #: its limit of pressure in words
     indentation: str  #: its limit of indentation in words
     bodies: tuple[str, ...]  #: names of the model's bodies, by id
+    quiet: bool  #: whether nothing is told of it
+    asked: bool  #: whether it is read when Python asks for it, which then delivers what that reading notes
 
     def body(self, number: int) -> str:
         """A body in words, by its id: with its name or, without one, its number; "a flex" for a negative id."""
@@ -95,13 +96,16 @@ class Names:
 
 
 _names: dict[int, Names] = {}
+#: What the core has noted and Python has not told yet: number and names of the pad, and the note.
+_waiting: deque[tuple[int, Names, Note]] = deque()
+#: Held while notes get their names. A thread may hold it twice: pads are released wherever garbage is collected.
+_naming = threading.RLock()
 _numbers = itertools.count(1)
 _warned: Counter[str] = Counter()
 _issued: set[str] = set()
 #: Filters under which the warnings in `_issued` were issued, and what they were: `warnings.catch_warnings` replaces the
 #: list, `warnings.simplefilter` what is in it.
 _filters: tuple[Any, tuple[Any, ...]] = (None, ())
-_quiet = threading.local()
 _lock = threading.Lock()
 
 
@@ -112,9 +116,35 @@ def register(names: Names) -> int:
     return number
 
 
-def release(number: int) -> None:
-    """Forget the names of a pad."""
-    _names.pop(number, None)
+def release(core: ctypes.CDLL, number: int) -> None:
+    """Forget the names of a pad, apart from notes that wait to be told."""
+    with _naming:
+        _fetch(core)
+        _names.pop(number, None)
+
+
+def _fetch(core: ctypes.CDLL) -> None:
+    """Take the core's notes over, with the names that they are about."""
+    with _naming:
+        while core.mjt_plugin_next_note(ctypes.byref(note := Note())):
+            number = int(note.context)
+            if number in _names:
+                _waiting.append((number, _names[number], note))
+
+
+def _taken(core: ctypes.CDLL, reader: int | None) -> Iterator[tuple[Names, Note]]:
+    """Take the notes of one reader or, for None, of all pads that are read in steps."""
+    _fetch(core)
+    for _ in range(len(_waiting)):
+        with _naming:
+            if not _waiting:
+                return
+            number, names, note = _waiting.popleft()
+            mine = not names.asked if reader is None else number == reader
+            if not mine:
+                _waiting.append((number, names, note))
+        if mine:
+            yield names, note
 
 
 def set_warnings(enabled: bool) -> None:
@@ -130,36 +160,23 @@ def set_warnings(enabled: bool) -> None:
     _enabled = of_type(bool, "enabled", enabled, SceneError)
 
 
-@contextmanager
-def quiet_contacts() -> Iterator[None]:
-    """Neither show nor count warnings about contacts that come up meanwhile in this thread."""
-    before = getattr(_quiet, "now", False)
-    _quiet.now = True
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ContactWarning)
-            yield
-    finally:
-        _quiet.now = before
-
-
-def deliver(library: ctypes.CDLL, stacklevel: int) -> None:
-    """Issue warnings for everything the core has noted since the last call.
+def deliver(core: ctypes.CDLL, stacklevel: int, reader: int | None = None) -> None:
+    """Issue warnings for what the core has noted since the last call.
 
     If warnings are errors, the first is raised after the queue is empty, because remaining notes would be attributed to
     the next simulation. The other warnings are added to that error as notes.
 
     Args:
-        library: the compiled core.
+        core: the compiled core.
         stacklevel: of the code that the warnings point at, as for `warnings.warn`, counted from the caller.
+        reader: number of the reader whose notes are told; None for those of all steps.
 
     Warns:
         ContactWarning: once for every pad, body and kind of problem; where warnings are errors, in every simulation.
     """
-    note, fresh = Note(), []
-    while library.mjt_plugin_next_note(ctypes.byref(note)):
-        names = _names.get(int(note.context))
-        if names is None or not _enabled or getattr(_quiet, "now", False):
+    fresh = []
+    for names, note in _taken(core, reader):
+        if not _enabled or (names.quiet if reader is None else contacts_are_quiet()):
             continue
         text = message(names, note)
         with _lock:

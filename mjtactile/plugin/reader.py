@@ -63,8 +63,8 @@ class NativeReader:
         self._arguments = how, geom, pad, bodies
         self._how = how
         instance = Instance()
-        fill_instance(instance, how, pad, bodies)
-        core = library()
+        fill_instance(instance, how, pad, bodies, asked=True)
+        core, self._number = library(), int(instance.context)
         self._handle = ctypes.c_void_p(core.mjt_reader_new(ctypes.byref(instance), ctypes.c_int(geom)))
         self._finalizer = weakref.finalize(self, core.mjt_reader_free, self._handle)
         # The core solves in the reader's own memory, and Python's lock is free meanwhile.
@@ -103,7 +103,7 @@ class NativeReader:
                 pointer(state),
             )
             rim = self._rim() if forces else np.empty((0, 2, 2))
-        deliver(library(), 3)
+        deliver(library(), 3, self._number)
         return Found(readings, nodal, rim, wrench, carried, *(float(number) for number in state))
 
     def _rim(self) -> Array:

@@ -14,6 +14,7 @@ from mjtactile.contact.footprint import FACING_GAP
 from mjtactile.contact.linear_range import linear_range
 from mjtactile.contact.options import ContactOptions
 from mjtactile.contact.ready import ready_pad
+from mjtactile.errors import contacts_are_quiet
 from mjtactile.influence.core_pad import CorePad
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad, TaxelGrid
@@ -66,7 +67,7 @@ def tiles_of(pad: Pad) -> tuple[Array, Indices]:
     return contiguous(np.concatenate([positions, rotations, _TILE_SHARE * half_sizes], axis=1)), shown
 
 
-def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...]) -> None:
+def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...], *, asked: bool) -> None:
     """Fill the core's structure with the options of a pad's readings.
 
     Args:
@@ -74,6 +75,7 @@ def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...])
         how: options of the readings.
         pad: name of the pad in warnings.
         bodies: names of the model's bodies.
+        asked: whether Python asks for each reading.
     """
     influence, options = how.influence, how.options
     geometry, layer = influence.pad, influence.pad.layers[0]
@@ -88,9 +90,8 @@ def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...])
     to.size_tolerance = SIZE_TOLERANCE
     to.tilting = options.tilting
     pressure, indentation = linear_range(geometry)
-    to.context = register(
-        Names(pad, f"over {pressure:.3g} Pa on the average", f"deeper than {indentation * 1e3:.3g} mm", bodies)
-    )
+    over, deeper = f"over {pressure:.3g} Pa on the average", f"deeper than {indentation * 1e3:.3g} mm"
+    to.context = register(Names(pad, over, deeper, bodies, quiet=contacts_are_quiet(), asked=asked))
 
 
 def _give_tiles(tables: CorePad, pad: Pad) -> None:

@@ -100,7 +100,7 @@ def _texts(values: Any) -> list[str]:
 
 @_Release
 def _release(context: int) -> None:
-    release(context)
+    release(library(), context)
 
 
 @_Deliver

@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array
-from mjtactile.errors import ViewError, of_type
-from mjtactile.plugin.health import quiet_contacts
+from mjtactile.errors import ViewError, of_type, quiet_contacts
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.mujoco_library import pad_sensor_names
 from mjtactile.sim.wrench import geom_frame

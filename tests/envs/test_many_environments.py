@@ -1,17 +1,21 @@
 """Many environments are so many single ones, bit by bit, however they are run."""
 
 import json
+import warnings
 from typing import Any
 
 import gymnasium
+import mujoco
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
+import mjtactile
 from mjtactile.envs import ENTRY_POINTS, EnvError, TactileEnv, make_vec
 from mjtactile.envs.grasp_lift import GraspLift
 from mjtactile.envs.many import TactileVectorEnv
 from mjtactile.envs.press_identify import PressIdentify
+from mjtactile.envs.simulation import BatchSimulations, SingleSimulation
 from mjtactile.errors import RenderError
 from mjtactile.sim.render import working_backend
 
@@ -240,6 +244,34 @@ def test_without_a_batch_they_run_one_after_the_other(monkeypatch):
     envs.close()
     with pytest.raises(EnvError, match=r"no mujoco\.batch"):
         make_vec("mjtactile/GraspLift-v0", 2, batched=True)
+
+
+@pytest.mark.parametrize("kind", [SingleSimulation, BatchSimulations])
+def test_environments_tell_nothing_of_contacts_and_leave_filters_of_warnings_alone(kind):
+    if kind is BatchSimulations:
+        pytest.importorskip("mujoco.batch")
+    body = '<body name="anvil" pos="0 0 0.005"><freejoint/><geom type="box" size="0.004 0.003 0.005" mass="95"/></body>'
+    spec = mujoco.MjSpec.from_string(f'<mujoco><worldbody><body name="finger"/>{body}</worldbody></mujoco>')
+    mjtactile.attach_pad(spec, body="finger", name="ff", fidelity="fast")
+    filters = []
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        # Which of its threads make a batch's data is a matter of chance.
+        simulations = [kind(spec.compile(), *([] if kind is SingleSimulation else [3, 2])) for _ in range(20)]
+        for simulation in simulations:
+            rows = np.arange(simulation.count, dtype=np.int32)
+            if kind is SingleSimulation:  # a batch calls no function of Python
+                mujoco.set_mjcb_control(lambda model, data: filters.append(warnings.filters))
+            try:
+                for _ in range(5):
+                    simulation.step(rows, 4)
+            finally:
+                mujoco.set_mjcb_control(None)
+            simulation.forward(rows)
+            simulation.state(int(rows[-1]))
+            assert simulation.sensordata.max() > 1e6
+        assert all(one is warnings.filters for one in filters)
+    assert not told
 
 
 def test_wrong_requests_are_refused():

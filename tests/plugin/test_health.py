@@ -1,13 +1,17 @@
 """What a pad's readings came to: counts of a simulation, and the switch of the warnings."""
 
+import _thread
+import threading
 import warnings
+from collections.abc import Callable
 
 import mujoco
 import numpy as np
 import pytest
+from shapely.geometry import box
 
 import mjtactile
-from mjtactile.errors import ContactWarning, SceneError
+from mjtactile.errors import ContactWarning, SceneError, contacts_are_quiet, quiet_contacts
 from mjtactile.plugin import health
 
 SCENE = """<mujoco><option timestep="0.001"/><worldbody><body name="finger"/>
@@ -22,6 +26,12 @@ def pressed(mass: float, steps: int = 20, *, name: str = "ff") -> tuple[mujoco.M
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, steps)
     return model, data
+
+
+def in_a_thread(work: Callable[[], object]) -> None:
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
 
 
 def test_health_counts_readings_with_contact_of_one_simulation():
@@ -93,10 +103,59 @@ def test_while_contacts_are_to_be_quiet_nothing_is_told_or_counted():
     counted = sum(health._warned.values())
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
-        with health.quiet_contacts():
-            pressed(100.0, name="silent")
+        filters = warnings.filters
+        with quiet_contacts():
+            assert warnings.filters is filters  # all threads have the same ones
+            model, data = pressed(100.0, name="silent")
+            influence = mjtactile.influence_matrices(fidelity="fast")
+            face = mjtactile.Footprint.from_outline(box(-1e-3, -1e-3, 1e-3, 1e-3), influence.surface)
+            mjtactile.contact_load(influence, face, (0, 0, -100))
+            sensor = mjtactile.TactileSensor(model, geom="silent_pad", fidelity="fast")
+            sensor.read(data)
+        in_a_thread(lambda: mujoco.mj_step(model, data, 3))
+        mujoco.mj_step(model, data)
     assert not told
     assert sum(health._warned.values()) == counted
+    with pytest.warns(ContactWarning, match="silent_pad"):
+        mjtactile.TactileSensor(model, geom="silent_pad", fidelity="fast").read(data)
+
+
+def test_threads_that_are_not_pythons_are_quiet_with_whoever_started_them():
+    """As those of mujoco.batch, on which a batch's data are made; other threads of Python are not."""
+    seen: list[bool] = []
+    with quiet_contacts(), quiet_contacts():
+        in_a_thread(lambda: seen.append(contacts_are_quiet()))
+        assert seen == [False]
+        done = threading.Event()
+        _thread.start_new_thread(lambda: (seen.append(contacts_are_quiet()), done.set()), ())
+        assert done.wait(10.0)
+        assert seen == [False, True]
+    assert not contacts_are_quiet()
+
+
+def test_a_simulation_that_ends_in_a_thread_is_told_of():
+    """The main thread waits meanwhile, and delivers warnings later."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        in_a_thread(lambda: pressed(100.0, name="ended"))
+    assert [one for one in told if "ended" in str(one.message) and "no longer small" in str(one.message)]
+
+
+def test_a_reading_in_a_thread_leaves_notes_of_other_simulations_to_the_main_thread(capfd):
+    good, good_data = pressed(0.02)
+    bad, bad_data = pressed(96.0, steps=0, name="other")
+    sensor = mjtactile.TactileSensor(good, geom="ff_pad", fidelity="fast")
+    read = []
+
+    def work() -> None:
+        mujoco.mj_step(bad, bad_data, 20)
+        read.append(sensor.read(good_data).max())
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        in_a_thread(work)
+    assert read[0] > 0.0
+    assert "ContactWarning: pad 'other_pad'" in capfd.readouterr().err
 
 
 def test_a_reading_that_is_asked_for_raises_its_warning_if_warnings_are_errors():

@@ -17,11 +17,11 @@ from mjtactile.cli.benchmarks.direct import relative_difference
 from mjtactile.cli.benchmarks.sweep import Choice, preset_of
 from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.contact.wrench_basis import WrenchBasis
+from mjtactile.errors import quiet_contacts
 from mjtactile.influence.cache import cached_path, influence_matrices, stored_path
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad
-from mjtactile.plugin.health import quiet_contacts
 from mjtactile.units import MILLIMETRE
 
 #: Wrenches applied to a footprint before its wrench basis is timed.

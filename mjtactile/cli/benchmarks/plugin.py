@@ -26,7 +26,7 @@ from mjtactile.cli.benchmarks.measure import one_core
 from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
-from mjtactile.errors import MjTactileError
+from mjtactile.errors import MjTactileError, quiet_contacts
 from mjtactile.experiments.markdown import markdown_table
 from mjtactile.fidelity import DEFAULT, as_fidelity
 from mjtactile.geometry.indenter import convex_pieces, indenter_outline
@@ -34,7 +34,6 @@ from mjtactile.geometry.outlines import punch_outline
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.pad import Pad
 from mjtactile.pad_shape.surfaces import SphereCap
-from mjtactile.plugin.health import quiet_contacts
 
 #: Height of punches [m], and the force that presses them [N].
 _HEIGHT, _FORCE = 5e-3, 0.5

@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import mujoco
 
+from mjtactile.errors import quiet_contacts
 from mjtactile.experiments.grasp.known import PadLoads
 from mjtactile.experiments.grasp.scene import open_gripper
 from mjtactile.experiments.grasp.touch import TouchSense
 from mjtactile.experiments.hands.gripper import GRIP_LIMIT
-from mjtactile.plugin.health import quiet_contacts
 
 #: Default number of MuJoCo steps per tick: control and touch at 250 Hz.
 STEPS_PER_TICK = 4
@@ -35,7 +35,9 @@ class Robot:
         opening: float,
         watch: Callable[[Robot], None] = lambda robot: None,
     ) -> None:
-        self.model, self.data = model, mujoco.MjData(model)
+        # An object that rocks for a moment presses with an edge. The nearest load that a face carries is read then.
+        with quiet_contacts():
+            self.model, self.data = model, mujoco.MjData(model)
         self.steps_per_tick = STEPS_PER_TICK  #: number of MuJoCo steps between ticks
         self.grip = 0.0  #: commanded force of each finger [N]
         #: Commanded displacement of the wrist by driven axis [m].
@@ -59,17 +61,15 @@ class Robot:
     def tick(self) -> PadLoads:
         """Advance one period with the present commands and return the loads on the pads."""
         self.data.ctrl[self._grip] = min(self.grip, GRIP_LIMIT)
-        # An object that rocks for a moment presses with an edge. The nearest load that a face carries is read then.
-        with quiet_contacts():
-            for step in range(self.steps_per_tick):
-                reads = self._touch.reads and step == self.steps_per_tick - 1
-                self.model.opt.disableflags = 0 if reads else _NO_SENSORS
-                for axis, actuator in self._wrist.items():
-                    # The target moves evenly: with one jump per tick, a servo as stiff as an arm's would cause jerks.
-                    left = self.place[axis] - self.data.ctrl[actuator]
-                    self.data.ctrl[actuator] += left / (self.steps_per_tick - step)
-                mujoco.mj_step(self.model, self.data)
-                self._watch(self)
+        for step in range(self.steps_per_tick):
+            reads = self._touch.reads and step == self.steps_per_tick - 1
+            self.model.opt.disableflags = 0 if reads else _NO_SENSORS
+            for axis, actuator in self._wrist.items():
+                # The target moves evenly: with one jump per tick, a servo as stiff as an arm's would cause jerks.
+                left = self.place[axis] - self.data.ctrl[actuator]
+                self.data.ctrl[actuator] += left / (self.steps_per_tick - step)
+            mujoco.mj_step(self.model, self.data)
+            self._watch(self)
         self.felt = self._touch(self.model, self.data)
         return self.felt
 

@@ -13,11 +13,10 @@ import mujoco
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.errors import MjTactileError
+from mjtactile.errors import MjTactileError, quiet_contacts
 from mjtactile.experiments.loop.known import Recognised, home
 from mjtactile.experiments.loop.scene import AXES, TIMESTEP, LoopScene
 from mjtactile.fidelity import DEFAULT
-from mjtactile.plugin.health import quiet_contacts
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser
 from mjtactile.sensor import TactileSensor
 from mjtactile.transducer.array import Transducer
