@@ -34,6 +34,8 @@ class Instance(ctypes.Structure):
         ("output_count", ctypes.c_int),
         ("outputs", ctypes.c_int * _MOST_OUTPUTS),
         ("error", ctypes.c_char * ERROR_SIZE),
+        ("exception_type", ctypes.c_void_p),
+        ("exception", ctypes.c_void_p),
     ]
 
 

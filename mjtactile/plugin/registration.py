@@ -33,10 +33,13 @@ class _PluginHost(ctypes.Structure):
         ("release", _Release),
         ("schedule", ctypes.c_void_p),
         ("deliver", _Deliver),
+        ("raise", ctypes.c_void_p),
     ]
 
 
 _registered = False
+#: The exception that interrupted the main thread in `_resolve`; kept alive until it is raised.
+_interruption: BaseException | None = None
 _registering = threading.Lock()
 
 
@@ -80,6 +83,7 @@ def ensure_registered() -> None:
 
 @_Resolve
 def _resolve(model: int | None, geom: int, values: Any, instance: Any) -> int:
+    global _interruption
     to = instance.contents
     try:
         from mjtactile.plugin.attributes import Attributes, fill
@@ -88,8 +92,12 @@ def _resolve(model: int | None, geom: int, values: Any, instance: Any) -> int:
     except MjTactileError as error:
         to.error = str(error).encode()[: ERROR_SIZE - 1]
         return 0
-    except Exception as error:  # exceptions cannot pass through MuJoCo
+    except BaseException as error:  # exceptions cannot pass through MuJoCo
         to.error = f"{PLUGIN}: {type(error).__name__}: {error}".encode()[: ERROR_SIZE - 1]
+        if not isinstance(error, Exception) and threading.current_thread() is threading.main_thread():
+            # Ctrl-C, for example: the core has it raised when MuJoCo returns to Python, which it does at once.
+            _interruption = error.with_traceback(None)
+            to.exception_type, to.exception = id(type(error)), id(error)
         return 0
     return 1
 
@@ -115,5 +123,9 @@ def _deliver(_: int | None) -> int:
 
 #: Functions that the core calls; kept alive here. Warnings are delivered when Python's main thread runs again.
 _HOST = _PluginHost(
-    _resolve, _release, ctypes.cast(ctypes.pythonapi.Py_AddPendingCall, ctypes.c_void_p).value, _deliver
+    _resolve,
+    _release,
+    ctypes.cast(ctypes.pythonapi.Py_AddPendingCall, ctypes.c_void_p).value,
+    _deliver,
+    ctypes.cast(ctypes.pythonapi.PyErr_SetObject, ctypes.c_void_p).value,
 )

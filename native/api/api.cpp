@@ -34,7 +34,7 @@ void copy(const double* from, Matrix& to) {
 
 }  // namespace
 
-int mjt_version(void) { return 16; }
+int mjt_version(void) { return 17; }
 
 int mjt_knows(const char* law, const char* tangential) {
   return law_named(law) != nullptr && tangential_named(tangential) != nullptr;

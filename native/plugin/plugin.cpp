@@ -19,16 +19,36 @@ namespace {
 const char* const kAttributes[] = {"pad", "fidelity", "output", "law", "tangential", "friction", "tilt", "visual"};
 constexpr std::size_t kAttributeCount = sizeof kAttributes / sizeof kAttributes[0];
 
+// What interrupted Python, by Ctrl-C for example, until Python raises it. MuJoCo has no way to pass it on. So the model
+// or data that is being made gets no sensors, and Python raises the exception before it can use what it was given. No
+// Python code may run before that, since the exception would be raised there.
+struct Interruption {
+  void* type = nullptr;
+  void* exception = nullptr;
+};
+thread_local Interruption interruption;
+
+int raise_interruption(void*) {
+  const Interruption raised = std::exchange(interruption, {});
+  python.raise(raised.type, raised.exception);
+  return -1;
+}
+
 // Have Python interpret an instance's attributes. With `geom` < 0, only what the output's size depends on. False if the
-// attributes are wrong; `resolved` then has the error.
+// attributes are wrong, in which case `resolved` has the error, or if Python was interrupted.
 bool resolve(const Model* model, int instance, int geom, mjt_instance& resolved) {
+  if (interruption.exception != nullptr) return false;
   const char* values[kAttributeCount];
   for (std::size_t i = 0; i < kAttributeCount; ++i) {
     const char* value = functions.plugin_config(model, instance, kAttributes[i]);
     values[i] = value == nullptr ? "" : value;
   }
   std::memset(&resolved, 0, sizeof resolved);
-  return python.resolve(geom < 0 ? nullptr : static_cast<const void*>(model), geom, values, &resolved) != 0;
+  if (python.resolve(geom < 0 ? nullptr : static_cast<const void*>(model), geom, values, &resolved) != 0) return true;
+  if (resolved.exception != nullptr && python.schedule(raise_interruption, nullptr) == 0) {
+    interruption = {resolved.exception_type, resolved.exception};
+  }
+  return false;
 }
 
 // A geom that may collide with the pad but has no usable shape, or -1.
@@ -94,6 +114,7 @@ int init(const Model* model, Data* data, int instance) {
   }
   mjt_instance resolved;
   if (!resolve(model, instance, geom, resolved)) {
+    if (interruption.exception != nullptr) return 0;
     functions.warning("%s", resolved.error);
     return -1;
   }

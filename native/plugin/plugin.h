@@ -20,6 +20,8 @@ typedef struct mjt_instance {
   int cells, tilting, visual, output_count;
   int outputs[MJT_MOST_OUTPUTS];
   char error[1024];
+  void* exception_type;   /* what interrupted Python's main thread, or null */
+  void* exception;
 } mjt_instance;
 
 /* A warning, given once for every sensor, body and event. Events: 0 beyond the range of small strains, 1 not carried,
@@ -34,12 +36,14 @@ typedef struct mjt_note {
 /* Functions of Python. During a step only `schedule` is called, which runs no Python code. */
 typedef struct mjt_plugin_host {
   /* Interpret an instance's attributes. `model` null: only what the output's size depends on. 0 if the attributes are
-     wrong; the instance then has the error. */
+     wrong, or if Python was interrupted; the instance then has the error, or the exception. */
   int (*resolve)(const void* model, int geom, const char* const* values, mjt_instance* instance);
   void (*release)(int64_t context);
   /* Have `deliver` called when Python runs next (Py_AddPendingCall). It fetches the warnings. */
   int (*schedule)(int (*deliver)(void*), void* argument);
   int (*deliver)(void* argument);
+  /* Set the exception that Python raises (PyErr_SetObject). */
+  void (*raise)(void* type, void* exception);
 } mjt_plugin_host;
 
 /* Names of the attributes, in the order their values reach `resolve`. */
