@@ -38,7 +38,7 @@ _FIELDS = (
                 "plugin_state")),
     ("mjContact", ("", "dist", "pos", "frame", "friction", "geom")),
     ("mjvScene", ("ngeom", "maxgeom", "geoms")),
-    ("mjvGeom", ("",)),
+    ("mjvGeom", ("", "objid", "category", "segid")),
 )  # fmt: skip
 #: Fields of `Layout` that not every MuJoCo has: which bodies are asleep, and how many earlier readings of a sensor are
 #: kept. The offset of a field that does not exist is -1.
@@ -77,6 +77,7 @@ class MujocoLayout(NamedTuple):
             mujoco.mjtStage.mjSTAGE_ACC,
             mujoco.mjtPluginCapabilityBit.mjPLUGIN_SENSOR,
             mujoco.mjtDisableBit.mjDSBL_FILTERPARENT,
+            mujoco.mjtCatBit.mjCAT_DECOR,
         )
         numbers += [self.offsets[structure].get(name, -1) for structure, name in _OPTIONAL]
         return np.array([*numbers, *(int(kind) for kind in kinds)], dtype=np.int64)

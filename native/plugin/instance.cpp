@@ -1,6 +1,7 @@
 #include "plugin/instance.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <utility>
 
 namespace mjtactile::mujoco {
@@ -89,8 +90,12 @@ void Instance::visualize(const Model* model, const Data* data, Scene* scene) {
     const double size[3] = {tile.half_size[0], tile.half_size[1], kTileThickness / 2};
     const auto heat = static_cast<float>(readings[tile.reading] / most);
     const float rgba[4] = {std::min(1.0f, 2 * heat), std::max(0.0f, 2 * heat - 1.0f), 1.0f - heat, kOpacity};
-    functions.init_geom(geoms + count * layout.scene_geom_size, static_cast<int>(layout.geom_box), size, at.position,
-                        at.rotation, rgba);
+    // What MuJoCo leaves as it was in an earlier scene: a tile stands for no object, and has no colour of segmentation.
+    char* drawn = geoms + count * layout.drawn_size;
+    std::memset(drawn, 0, static_cast<std::size_t>(layout.drawn_size));
+    functions.init_geom(drawn, static_cast<int>(layout.geom_box), size, at.position, at.rotation, rgba);
+    field<int>(drawn, layout.drawn_objid) = field<int>(drawn, layout.drawn_segid) = -1;
+    field<int>(drawn, layout.drawn_category) = static_cast<int>(layout.category_decor);
     ++count;
   }
 }

@@ -36,10 +36,11 @@ struct Layout {
   std::int64_t data_ncon, data_contact, data_xpos, data_xmat, data_geom_xpos, data_geom_xmat, data_sensordata,
       data_plugin_state;
   std::int64_t contact_size, contact_dist, contact_pos, contact_frame, contact_friction, contact_geom;
-  std::int64_t scene_ngeom, scene_maxgeom, scene_geoms, scene_geom_size;
+  std::int64_t scene_ngeom, scene_maxgeom, scene_geoms;
+  std::int64_t drawn_size, drawn_objid, drawn_category, drawn_segid;  // of mjvGeom
   std::int64_t data_body_awake;       // -1 if this MuJoCo has no sleeping bodies
   std::int64_t model_sensor_history;  // -1 if its sensors keep no history of readings
-  std::int64_t object_geom, geom_box, stage_acc, capability_sensor, disable_filterparent;  // constants
+  std::int64_t object_geom, geom_box, stage_acc, capability_sensor, disable_filterparent, category_decor;  // constants
 };
 
 // A task on a thread of a simulation's pool: about(...), number of the thread, number of the task.

@@ -434,6 +434,23 @@ def test_a_heat_map_is_drawn_when_asked_for():
         assert drawn.ngeom - bare.ngeom == tiles
 
 
+def test_tiles_of_a_heat_map_stand_for_no_object_in_segmentations():
+    """Whatever an earlier scene has left in the places where they are written."""
+    shown = mujoco.MjModel.from_xml_string(scene(config='<config key="visual" value="on"/>'))
+    data, scenery = stepped(shown), mujoco.MjvScene(shown, maxgeom=1000)
+    for one in scenery.geoms:
+        one.segid = one.objid = one.objtype = one.category = one.transparent = 2
+    mujoco.mjv_updateScene(
+        shown, data, mujoco.MjvOption(), None, mujoco.MjvCamera(), mujoco.mjtCatBit.mjCAT_ALL, scenery
+    )
+    tiles = [one for one in scenery.geoms[: scenery.ngeom] if one.rgba[3] == np.float32(0.75)]
+    assert len(tiles) == 169
+    decor, unknown = int(mujoco.mjtCatBit.mjCAT_DECOR), int(mujoco.mjtObj.mjOBJ_UNKNOWN)
+    assert {(one.segid, one.objid, one.objtype, one.category, one.transparent) for one in tiles} == {
+        (-1, -1, unknown, decor, 0)
+    }
+
+
 @pytest.mark.parametrize("output", ["von_mises", "wrench stress von_mises", "wrench"])
 def test_a_copy_shows_the_readings_of_its_original(output):
     """Viewers draw a copy of mjData in which no sensor computes anything."""
