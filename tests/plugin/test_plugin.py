@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 import warnings
-from importlib import import_module
+from importlib import import_module, invalidate_caches
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -508,11 +508,40 @@ def test_absurd_forces_saturate_readings(model):
     np.testing.assert_allclose(read[1], read[0], rtol=0.1)
 
 
-def test_registration_in_either_order_of_imports():
-    for order in ("mjtactile, mujoco", "mujoco, mjtactile"):
-        code = f"import {order}; mujoco.MjModel.from_xml_string({scene()!r}); print('compiled')"
-        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-        assert run.stdout.strip() == "compiled"
+@pytest.mark.parametrize(
+    "order",
+    [
+        "import mjtactile, mujoco",
+        "import mujoco, mjtactile",
+        "import mjtactile, importlib.util; importlib.util.find_spec('mujoco'); import mujoco",
+    ],
+)
+def test_registration_in_either_order_of_imports(order):
+    code = f"{order}; mujoco.MjModel.from_xml_string({scene()!r}); print('compiled')"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "compiled"
+
+
+def test_a_package_whose_existence_is_asked_first_is_still_waited_for(monkeypatch, tmp_path):
+    from mjtactile.plugin.import_hook import after_import
+
+    (tmp_path / "waited_for.py").write_text("import broken_first\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    called, before = [], list(sys.meta_path)
+    after_import("waited_for", lambda: called.append(sys.modules["waited_for"]))
+    try:
+        assert find_spec("waited_for") is not None
+        with pytest.raises(ModuleNotFoundError, match="broken_first"):
+            import_module("waited_for")
+        (tmp_path / "broken_first.py").touch()
+        invalidate_caches()
+        assert find_spec("waited_for") is not None
+        assert not called
+        assert [import_module("waited_for")] == called
+        assert sys.meta_path == before
+    finally:
+        sys.meta_path[:] = before
+        sys.modules.pop("waited_for", None)
 
 
 def test_a_mujoco_that_describes_itself_wrongly_is_refused(monkeypatch):
