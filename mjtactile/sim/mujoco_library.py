@@ -16,6 +16,12 @@ from mjtactile.pad_names import PLUGIN
 if TYPE_CHECKING:
     import mujoco
 
+#: Arrays of MjData, and the sizes of MjModel that are their lengths.
+_SIZES = (
+    ("qpos", "nq"), ("qvel", "nv"), ("act", "na"), ("ctrl", "nu"), ("xpos", "nbody"), ("geom_xpos", "ngeom"),
+    ("sensordata", "nsensordata"), ("plugin_state", "npluginstate"),
+)  # fmt: skip
+
 
 @lru_cache(maxsize=1)
 def mujoco_library() -> ctypes.CDLL:
@@ -81,13 +87,28 @@ def check_data(model: mujoco.MjModel, data: mujoco.MjData, whose: str) -> None:
     """
     import mujoco
 
-    # MuJoCo stores the same signature of the kinematic tree in a model and in its data. Sizes and masses are not part
-    # of it, so that data of a model with varied numbers is accepted.
-    numbers = getattr(data, "sensordata", None)
-    if numbers is not None and len(numbers) == model.nsensordata and data.signature == model.signature:
+    if is_data_of(model, data):
         return
     said = "belongs to another model" if isinstance(data, mujoco.MjData) else f"is of type {type(data).__name__}"
     raise SceneError(f"data {said}; expected the mujoco.MjData of {whose}: mujoco.MjData(model) makes one.")
+
+
+def is_data_of(model: mujoco.MjModel, data: object) -> bool:
+    """Whether an object is data of a model, as far as MuJoCo tells.
+
+    MuJoCo stores the same signature of the kinematic tree in a model and in its data. Numbers such as masses are not
+    part of it, so that data of a model with varied numbers is accepted. Pickles and MJB files have 0 in its place: then
+    only sizes tell.
+
+    Args:
+        model: compiled model.
+        data: to be checked.
+    """
+    import mujoco
+
+    if not isinstance(data, mujoco.MjData) or 0 != model.signature != data.signature != 0:
+        return False
+    return all(len(getattr(data, array)) == getattr(model, size) for array, size in _SIZES)
 
 
 def is_pad_sensor(model: mujoco.MjModel, sensor: int) -> bool:

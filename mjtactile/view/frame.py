@@ -12,7 +12,7 @@ import numpy.typing as npt
 from mjtactile._types import Array
 from mjtactile.errors import ViewError, of_type, quiet_contacts
 from mjtactile.sensor import TactileSensor
-from mjtactile.sim.mujoco_library import pad_sensor_names
+from mjtactile.sim.mujoco_library import is_data_of, pad_sensor_names
 from mjtactile.sim.wrench import geom_frame
 from mjtactile.view.outline import pressed_outline
 
@@ -70,13 +70,13 @@ def checked_pads(
         ViewError: `model` is not an MjModel, `data` or a pad belongs to another model, or there is no pad.
     """
     of_type(mujoco.MjModel, "model", model, ViewError, "MjModel.from_xml_path(...) makes one")
-    if not isinstance(data, mujoco.MjData) or data.signature != model.signature:
+    if not is_data_of(model, data):
         raise ViewError("data does not belong to the model; expected mujoco.MjData(model) of the same model.")
     if pads is None:
         return pads_of(model)
     if not isinstance(pads, Mapping) or not all(isinstance(pad, TactileSensor) for pad in pads.values()) or not pads:
         raise ViewError('pads is not a dict of sensors by name; expected {"pad": mjtactile.TactileSensor(model)}.')
-    if strange := [name for name, pad in pads.items() if pad.model.signature != model.signature]:
+    if strange := [name for name, pad in pads.items() if not is_data_of(pad.model, data)]:
         raise ViewError(f"pad {strange[0]!r} belongs to another model. Make its TactileSensor with the viewer's model.")
     return dict(pads)
 

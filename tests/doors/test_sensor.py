@@ -495,6 +495,23 @@ def test_copies_of_a_sensor_read_alike(copied, draft):
     assert again.health().readings == 1
 
 
+@pytest.mark.parametrize("saved", ["sensor", "data", "both", "neither"])
+def test_signatures_that_pickles_lose_refuse_nothing_and_sizes_still_do(saved, draft):
+    """MuJoCo stores no signature of the kinematic tree in pickles."""
+    ball = '<body pos="0 0 .0039"><freejoint/><geom type="sphere" size=".004" mass=".05"/></body>'
+    model, data = settled(scene(ball), 40)
+    _, of_another = settled(scene(ball + ball.replace("0 0 ", "1 0 ")), 40)
+    sensor = TactileSensor(model, influence=draft, geom="pad")
+    expected = sensor.read(data)
+    if saved in ("sensor", "both"):
+        sensor = pickle.loads(pickle.dumps(sensor))
+    if saved in ("data", "both"):
+        data, of_another = pickle.loads(pickle.dumps((data, of_another)))
+    np.testing.assert_array_equal(sensor.read(data), expected)
+    with pytest.raises(SceneError, match="belongs to another model"):
+        sensor.read(of_another)
+
+
 def test_threads_share_a_sensor(draft):
     """Each reads states of its own; the core solves without Python's lock."""
     ball = '<body pos="0 0 .0039"><freejoint/><geom type="sphere" size=".004" mass=".05"/></body>'
