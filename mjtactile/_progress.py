@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 #: Time between lines of progress where there is no terminal [s].
 _BETWEEN_LINES = 10.0
@@ -14,8 +14,18 @@ _ESTIMATED_FROM = 0.1
 
 
 def say(text: str) -> None:
-    """Write a line to standard error."""
-    print(f"mjtactile: {text}", file=sys.stderr, flush=True)
+    """Write a line to standard error, unless there is none, as in programs with windows, or nobody reads it."""
+    if sys.stderr is not None:
+        with suppress(OSError, ValueError):  # a broken pipe, a file that was closed
+            print(f"mjtactile: {text}", file=sys.stderr, flush=True)
+
+
+def _is_terminal() -> bool:
+    """Whether standard error is a terminal; programs put objects in its place that can only be written to."""
+    try:
+        return sys.stderr.isatty()
+    except (AttributeError, ValueError):
+        return False
 
 
 @contextmanager
@@ -32,7 +42,7 @@ def progress_bar(
             and the time left only once a tenth is done.
         lines: whether to write a line every ten seconds where standard error is not a terminal.
     """
-    if not (wanted and sys.stderr.isatty()):
+    if not (wanted and _is_terminal()):
         yield _by_lines(total) if wanted and lines else lambda steps: None
         return
     from rich.console import Console

@@ -12,7 +12,6 @@ import atexit
 import ctypes
 import itertools
 import os
-import sys
 import threading
 import warnings
 from collections import Counter, deque
@@ -20,6 +19,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from mjtactile._progress import say
 from mjtactile.errors import ContactWarning, SceneError, contacts_are_quiet, of_type
 
 #: Whether contacts cause warnings; MJTACTILE_WARNINGS=0 or `set_warnings` switch them off.
@@ -237,4 +237,4 @@ def _tell_counts() -> None:
     again = sum(_warned.values()) - len(_warned)
     if _enabled and again > 0:
         kinds = f"{len(_warned)} contact warnings" if len(_warned) > 1 else "a contact warning"
-        print(f"mjtactile: {kinds} came up {again} more times in other simulations.", file=sys.stderr)
+        say(f"{kinds} came up {again} more times in other simulations.")

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import atexit
 import ctypes
-import sys
 import threading
 from typing import Any
 
 from mjtactile._native import library, library_path
+from mjtactile._progress import say
 from mjtactile.errors import MjTactileError, NativeError
 from mjtactile.pad_names import PLUGIN
 from mjtactile.plugin.engine import ERROR_SIZE, Instance, attribute_names, running_layout
@@ -117,7 +117,7 @@ def _deliver(_: int | None) -> int:
         deliver(library(), 2)  # at the code that runs now
     except Warning as error:  # if warnings are errors; a callback of the interpreter cannot raise them
         for text in (str(error), *getattr(error, "__notes__", ())):
-            print(f"{type(error).__name__}: {text}", file=sys.stderr)
+            say(f"{type(error).__name__}: {text}")
     return 0
 
 

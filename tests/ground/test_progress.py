@@ -58,3 +58,39 @@ def test_work_that_is_expected_or_unwatched_says_nothing(asked, clock, capsys):
         clock[0] = 60.0
         advance(1)
     assert capsys.readouterr().err == ""
+
+
+class Written:
+    """What some programs put in the place of standard error: it can be written to, and no more."""
+
+    def __init__(self) -> None:
+        self.text = ""
+
+    def write(self, text: str) -> None:
+        self.text += text
+
+    def flush(self) -> None:
+        """Nothing is kept back."""
+
+
+class Broken(Written):
+    def write(self, text: str) -> None:
+        raise BrokenPipeError(32, "Broken pipe")
+
+
+def closed() -> io.StringIO:
+    file = io.StringIO()
+    file.close()
+    return file
+
+
+@pytest.mark.parametrize("stream", [None, Written(), Broken(), closed()], ids=["none", "written", "broken", "closed"])
+def test_work_is_done_whatever_stands_for_standard_error(stream, clock, monkeypatch, capsys):
+    monkeypatch.setattr(_progress.sys, "stderr", stream)
+    _progress.say("a line")
+    with _progress.progress_bar("work", 2, lines=True) as advance:
+        clock[0] = 60.0
+        advance(1)
+    assert capsys.readouterr().out == ""  # where print() writes if it is given None
+    if type(stream) is Written:
+        assert stream.text.splitlines() == ["mjtactile: a line", "mjtactile: 50% done, about 60 s left"]
