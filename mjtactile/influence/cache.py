@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from mjtactile._progress import progress_bar, say
 from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, StaleInfluenceError
@@ -185,6 +187,8 @@ def clear_cache(*, unusable_only: bool = False) -> list[CachedTable]:
     return removed
 
 
+# Numbers so small that they are 0 in single precision are no error, whatever NumPy has been told to make of them.
+@np.errstate(under="ignore")
 def build_influence(pad: Pad, fidelity: str | Fidelity, *, progress: bool = True) -> InfluenceMatrices:
     """Build influence matrices without reading or writing the cache.
 
@@ -224,6 +228,7 @@ def build_influence(pad: Pad, fidelity: str | Fidelity, *, progress: bool = True
         return reduced_and_narrowed(whole, chosen, lambda: advance((total - steps) / to_narrow))
 
 
+@np.errstate(under="ignore")  # as in build_influence
 def _derived_from_cache(pad: Pad, chosen: Fidelity, *, progress: bool) -> InfluenceMatrices | None:
     """Influence matrices derived from the whole ones (`plain_fidelity`), if the cache has those; otherwise None."""
     plain = plain_fidelity(chosen)

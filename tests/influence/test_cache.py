@@ -23,10 +23,10 @@ import mjtactile.influence.low_rank
 import mjtactile.influence.provenance
 from mjtactile.attach import attach_pad
 from mjtactile.errors import InfluenceWarning, MeshError, PresetError
-from mjtactile.fidelity import Fidelity, MeshDensity
+from mjtactile.fidelity import Fidelity, MeshDensity, as_fidelity
 from mjtactile.influence.cache import CACHE_VARIABLE, build_influence, cache_directory, cached_path, influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
-from mjtactile.influence.storage import in_storage, narrowing_steps
+from mjtactile.influence.storage import in_storage, narrowing_steps, plain_fidelity
 from mjtactile.pad import Pad
 
 #: The smallest mesh there is; builds in a few hundredths of a second.
@@ -57,6 +57,16 @@ def builds(monkeypatch) -> list[Pad]:
 
 def tiny(pad: Pad | None = None, *, cache: bool = True) -> InfluenceMatrices:
     return influence_matrices(pad, TINY_FIDELITY, progress=False, cache=cache)
+
+
+@pytest.mark.parametrize("whole_is_cached", [False, True])
+def test_tables_are_built_where_numpy_takes_rounding_to_zero_for_an_error(whole_is_cached):
+    """Of far taxels, single precision rounds some responses to 0."""
+    pad, fast = Pad(size=(20e-3, 20e-3)), as_fidelity("fast")
+    if whole_is_cached:
+        influence_matrices(pad, plain_fidelity(fast), progress=False)
+    with np.errstate(all="raise"):
+        assert influence_matrices(pad, fast, progress=False).fidelity == fast
 
 
 def assert_same(first: InfluenceMatrices, second: InfluenceMatrices) -> None:
