@@ -50,11 +50,11 @@ def ensure_registered() -> None:
         NativeError: there is no compiled core, or it does not support this MuJoCo.
     """
     global _registered
+    import mujoco  # before the lock is taken: MuJoCo calls this function while it is imported
+
     with _registering:
         if _registered:
             return
-        import mujoco
-
         core, numbers = library(), running_layout().packed()
         from mjtactile.plugin.mujoco_layout import FUNCTIONS, OPTIONAL_FUNCTIONS
         from mjtactile.sim.mujoco_library import mujoco_library

@@ -514,11 +514,12 @@ def test_absurd_forces_saturate_readings(model):
         "import mjtactile, mujoco",
         "import mujoco, mjtactile",
         "import mjtactile, importlib.util; importlib.util.find_spec('mujoco'); import mujoco",
+        "from mjtactile.plugin.registration import ensure_registered; ensure_registered(); import mujoco",
     ],
 )
 def test_registration_in_either_order_of_imports(order):
     code = f"{order}; mujoco.MjModel.from_xml_string({scene()!r}); print('compiled')"
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
     assert run.stdout.strip() == "compiled"
 
 
