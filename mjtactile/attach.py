@@ -13,6 +13,7 @@ from mjtactile._types import Array
 from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
 from mjtactile.errors import ContactError, PresetError, SceneError, of_type, shortened
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
+from mjtactile.influence.matrices import read_influence
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, named_pad, pad_text
 from mjtactile.plugin.attributes import OUTPUTS, known_pad
@@ -30,7 +31,7 @@ def attach_pad(
     pos: npt.ArrayLike = (0.0, 0.0, 0.0),
     quat: npt.ArrayLike = (1.0, 0.0, 0.0, 0.0),
     pad: Pad | str | Path | None = None,
-    fidelity: str | Fidelity = DEFAULT,
+    fidelity: str | Fidelity | None = None,
     output: str | None = "von_mises",
     visual: bool = False,
     law: str | None = None,
@@ -56,7 +57,8 @@ def attach_pad(
         pad: a Pad, the name of a registered one, a TOML file of one, or a file of saved influence matrices; by default
             the paper's pad. The model stores all numbers of a Pad, so that it can be saved and opened anywhere. Of a
             file of influence matrices it stores only the name.
-        fidelity: a preset by name, or a Fidelity, of which the model stores every choice.
+        fidelity: a preset by name, or a Fidelity, of which the model stores every choice; by default "balanced" or, for
+            a file of influence matrices, its own.
         output: one or more of "von_mises", "stress", "wrench", "carried" and "range", separated by spaces. None adds no
             sensor, so that steps cost nothing: `TactileSensor(model, pad, geom="<name>_pad", fidelity=...)` reads the
             pad when it is asked, and takes `fidelity`, `law`, `tangential`, `friction` and `tilt` as its arguments.
@@ -96,7 +98,11 @@ def attach_pad(
             )
         return add_pad_geom(spec, parent, name, made, place, contact)
     config = {"pad": table, "output": _checked_outputs(output), "visual": "on" if visual else "off"}
-    config |= _contact_attributes(fidelity, law=law, tangential=tangential, friction=friction, tilt=tilt)
+    own = read_influence(table).fidelity if fidelity is None and named_pad(table) is None else None
+    chosen = own or (DEFAULT if fidelity is None else fidelity)
+    config |= _contact_attributes(chosen, law=law, tangential=tangential, friction=friction, tilt=tilt)
+    if own is not None:
+        del config["fidelity"]  # which the file says
     geom = add_pad_geom(spec, parent, name, made, place, contact)
     add_pad_sensor(spec, name, config)
     return geom

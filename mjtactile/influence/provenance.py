@@ -10,7 +10,7 @@ from typing import Any
 
 from mjtactile.errors import CorruptInfluenceError, StaleInfluenceError
 from mjtactile.fem.mesh import mesh_description, sheet_mesh
-from mjtactile.fidelity import Fidelity, MeshDensity, as_fidelity, mesh_name
+from mjtactile.fidelity import Fidelity, MeshDensity, as_fidelity, fidelity_summary, mesh_name
 from mjtactile.influence.table import FORMAT_VERSION, SWEPT_VERSION
 from mjtactile.pad import Pad, require_pad
 from mjtactile.pad_names import pad_from_text
@@ -47,9 +47,12 @@ def check_provenance(
     pad = own_pad if pad is None else require_pad(pad)
     wanted = own_fidelity if fidelity is None else as_fidelity(fidelity)
     if fingerprint != influence_fingerprint(pad, wanted):
+        is_whole = pad == own_pad and fingerprint == influence_fingerprint(own_pad, own_fidelity)
         raise StaleInfluenceError(
-            f"{path} was built for a {own_pad.summary}, and does not fit the {pad.summary} that was asked for: the "
-            "pad, the mesh, the storage or the version of mjtactile differs. Rebuild it: mjtactile build"
+            f"{path} was built for a {own_pad.summary}, at fidelity {fidelity_summary(own_fidelity)}. It does not fit "
+            f"the {pad.summary}, at fidelity {fidelity_summary(wanted)}, that was asked for: the pad, the mesh, the "
+            "storage or the version of mjtactile differs. "
+            + ("Ask for its fidelity, or leave fidelity out." if is_whole else "Rebuild it: mjtactile build")
         )
     return pad, wanted
 

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -130,8 +131,23 @@ def test_a_model_with_a_pad_of_ones_own_is_opened_by_a_process_that_does_not_kno
 def test_a_file_of_saved_matrices_stays_a_file(tmp_path):
     path = str(tmp_path / "pad.safetensors")
     mjtactile.influence_matrices(fidelity="fast").save(path)
-    spec, _ = hand(pad=path)
-    assert f'<config key="pad" value="{path}"/>' in (spec.compile(), spec.to_xml())[1]
+    for fidelity in ("fast", None):
+        spec, _ = hand(pad=path, fidelity=fidelity)
+        assert f'<config key="pad" value="{path}"/>' in (spec.compile(), spec.to_xml())[1]
+    spec, _ = hand(pad=path, fidelity="balanced")
+    with pytest.raises(ValueError, match=r"at fidelity fast.*at fidelity balanced"):
+        spec.compile()
+
+
+@pytest.mark.parametrize("pad", [None, THIN, "file"])
+def test_without_a_fidelity_it_is_balanced_or_that_of_a_file(pad, tmp_path):
+    if pad == "file":
+        pad = tmp_path / "pad.safetensors"
+        mjtactile.influence_matrices(fidelity="fast").save(pad)
+    spec, _ = hand(pad=pad, fidelity=None)
+    assert spec.plugins[0].config.get("fidelity") == (None if isinstance(pad, Path) else "balanced")
+    with pytest.raises(mjtactile.SceneError, match="law 'soft' does not exist"):
+        hand(pad=pad, fidelity=None, law="soft")
 
 
 @pytest.mark.parametrize(

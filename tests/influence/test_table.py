@@ -22,7 +22,7 @@ from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import CorruptInfluenceError, InfluenceError, OutputError, StaleInfluenceError
 from mjtactile.fem.mesh import mesh_description, sheet_mesh
 from mjtactile.fem.stiffness import Parity
-from mjtactile.fidelity import MESHES, Fidelity, MeshDensity
+from mjtactile.fidelity import MESHES, Fidelity, MeshDensity, fidelity_summary
 from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.influence.cache import build_influence
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
@@ -332,8 +332,11 @@ def test_wrong_pad_is_refused_naming_both(saved):
 @pytest.mark.parametrize("mesh", ["draft", replace(COARSE, points_per_axis=(3,)), replace(COARSE, rim_grading=1.6)])
 def test_wrong_mesh_is_refused(mesh: str | MeshDensity, saved):
     assert load_influence(saved, fidelity=Fidelity(mesh=COARSE)).density == COARSE
-    with pytest.raises(StaleInfluenceError, match="Rebuild it: mjtactile build"):
-        load_influence(saved, fidelity=Fidelity(mesh=mesh))
+    chosen = Fidelity(mesh=mesh)
+    with pytest.raises(StaleInfluenceError, match="Ask for its fidelity, or leave fidelity out") as refusal:
+        load_influence(saved, fidelity=chosen)
+    for said in (Fidelity(mesh=COARSE), chosen):
+        assert f"at fidelity {fidelity_summary(said)}" in str(refusal.value)
 
 
 def test_other_format_version_is_refused(saved, monkeypatch):
