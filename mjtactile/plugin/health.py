@@ -229,6 +229,9 @@ def message(names: Names, note: Note) -> str:
         "first size. Leave geom_size of pads as it is, or make a model for each size.",
         f"{who}: it presses on the pad's back, where nothing is read. The sensing surface is on the pad's +z side. "
         "Turn the pad by `quat` if it faces the wrong way.",
+        f"pad '{names.pad}': its readings are NaN, because the simulation (MjData) is stepped with another model than "
+        "it was made for, whose sensor has other attributes or another place. Make an MjData of each such model; give "
+        "mujoco.rollout only models together whose sensors are alike.",
     )[int(note.event)]
 
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 namespace mjtactile::mujoco {
@@ -10,6 +11,23 @@ namespace {
 // Thickness [m] and opacity of a heat map's tiles.
 constexpr double kTileThickness = 2e-5;
 constexpr float kOpacity = 0.75f;
+
+// The attributes of an instance in a model, and which sensors it has where.
+std::string settings_of(const Model* model, int number) {
+  std::string settings;
+  for (const char* name : kAttributes) {
+    const char* value = functions.plugin_config(model, number, name);
+    settings += value == nullptr ? "" : value;
+    settings += '\n';
+  }
+  for (int i = 0; i < field<int>(model, layout.model_nsensor); ++i) {
+    if (ints(model, layout.model_sensor_plugin)[i] != number) continue;
+    for (const auto offset : {layout.model_sensor_objid, layout.model_sensor_adr, layout.model_sensor_dim}) {
+      settings += std::to_string(ints(model, offset)[i]) + ' ';
+    }
+  }
+  return settings;
+}
 
 }  // namespace
 
@@ -45,16 +63,44 @@ int output_size(int output, int taxels) {
   }
 }
 
+void Instance::prepare(const Model* model, int number) {
+  number_ = number;
+  settings_ = settings_of(model, number);
+  model_ = model;
+  reader_.prepare(model);
+}
+
+bool Instance::fits(const Model* model) {
+  if (model != model_) fits_ = settings_of(model, number_) == settings_;
+  model_ = model;
+  return fits_;
+}
+
+// Write what is no number, and warn: the tables are those of another sensor.
+void Instance::refuse(const Model* model, Data* data) {
+  double* sensordata = field<double*>(data, layout.data_sensordata);
+  for (int i = 0; i < field<int>(model, layout.model_nsensor); ++i) {
+    if (ints(model, layout.model_sensor_plugin)[i] != number_) continue;
+    std::fill_n(sensordata + ints(model, layout.model_sensor_adr)[i], ints(model, layout.model_sensor_dim)[i],
+                std::numeric_limits<double>::quiet_NaN());
+  }
+  reader_.context()->warn({kOtherSettings, -1, 0.0, 0.0});
+}
+
 void Instance::take(const Instance& other) {
   reader_.take_sleeping(other.reader_);
   readings_ = other.readings_;
 }
 
 std::unique_ptr<Instance> Instance::another() const {
-  return std::make_unique<Instance>(resolved_, reader_.pad(), reader_.geom(), addresses_, reader_.context());
+  auto made = std::make_unique<Instance>(resolved_, reader_.pad(), reader_.geom(), addresses_, reader_.context());
+  made->number_ = number_;
+  made->settings_ = settings_;
+  return made;
 }
 
 void Instance::compute(const Model* model, Data* data, const double* state) {
+  if (!fits(model)) return refuse(model, data);
   reader_.read(model, data, {state[0], state[1]}, needs_stress_);
   computed_ = true;
   double* sensordata = field<double*>(data, layout.data_sensordata);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "plugin/mujoco_view.hpp"
@@ -11,6 +12,10 @@
 
 namespace mjtactile::mujoco {
 
+// Attributes of an instance, in the order in which their values reach Python.
+inline constexpr const char* kAttributes[] = {"pad", "fidelity", "output", "law", "tangential", "friction", "tilt",
+                                              "visual"};
+
 // Number of values of an output.
 int output_size(int output, int taxels);
 
@@ -19,7 +24,8 @@ class Instance {
   // `addresses`: of the sensor's outputs in mjData's sensordata.
   Instance(const mjt_instance& resolved, std::shared_ptr<const Pad> pad, int geom, std::vector<int> addresses,
            std::shared_ptr<Context> context);
-  void prepare(const Model* model) { reader_.prepare(model); }
+  // Get ready for the model that the simulation was made for, in which the instance has this number.
+  void prepare(const Model* model, int number);
   // Take over from the same pad in a simulation of which this one is now a copy: contacts of sleeping bodies, and the
   // readings that are shown. A viewer draws a copy in which no sensor computes anything.
   void take(const Instance& other);
@@ -36,11 +42,18 @@ class Instance {
 
  private:
   double* write(int output, double* to);
+  // Whether the settings are those of a model with which the simulation is stepped.
+  bool fits(const Model* model);
+  void refuse(const Model* model, Data* data);
 
   mjt_instance resolved_;
   std::vector<int> addresses_;
   Reader reader_;
   bool needs_stress_ = true;  // false if only the contact wrench is wanted
+  int number_ = -1;
+  std::string settings_;            // in the model that the simulation was made for
+  const Model* model_ = nullptr;    // with which it was stepped last
+  bool fits_ = true;                // whether that one has the same settings
   bool computed_ = false;     // whether outputs were written since the state was brought to the end of a step
   // The readings that a heat map shows: their address in sensordata, or they themselves if they are no output.
   int shown_ = -1;

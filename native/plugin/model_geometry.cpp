@@ -53,6 +53,21 @@ struct HeightField {
         data(field<const float*>(model, layout.model_hfield_data) + ints(model, layout.model_hfield_adr)[number]) {}
 };
 
+// A mesh of the model, see make_mesh.
+struct Mesh {
+  std::size_t vertices, count;
+  const float* vertex;
+  const int* face;
+
+  Mesh(const Model* model, int number)
+      : vertices(static_cast<std::size_t>(ints(model, layout.model_mesh_vertnum)[number])),
+        count(static_cast<std::size_t>(ints(model, layout.model_mesh_facenum)[number])),
+        vertex(field<const float*>(model, layout.model_mesh_vert) +
+               std::ptrdiff_t{3} * ints(model, layout.model_mesh_vertadr)[number]),
+        face(ints(model, layout.model_mesh_face) +
+             std::ptrdiff_t{3} * ints(model, layout.model_mesh_faceadr)[number]) {}
+};
+
 // Position [m] and unit quaternion of something.
 struct Placed {
   double position[3] = {0.0, 0.0, 0.0}, orientation[4] = {1.0, 0.0, 0.0, 0.0};
@@ -150,7 +165,7 @@ Pose pose_of(const double* position, const double* quaternion) {
 }
 
 bool ModelGeometry::Geom::operator==(const Geom& other) const {
-  return number == other.number && kind == other.kind && data == other.data && heights == other.heights &&
+  return number == other.number && kind == other.kind && data == other.data && contents == other.contents &&
          std::equal(size, size + 3, other.size) && std::equal(position, position + 3, other.position) &&
          std::equal(orientation, orientation + 4, other.orientation);
 }
@@ -179,6 +194,8 @@ bool can_be_seen(const Model* model, int geom) {
 }
 
 std::shared_ptr<BodyGeometry> ModelGeometry::body(const Model* model, const std::vector<int>& links, int pad_geom) {
+  if (model != model_) meshes_.clear();
+  model_ = model;
   geoms_.clear();
   for (const int link : links) choose(model, link, links.front(), pad_geom);
   Known& known = known_[links];
@@ -219,7 +236,7 @@ void ModelGeometry::choose(const Model* model, int link, int first, int pad_geom
   }
 }
 
-ModelGeometry::Geom ModelGeometry::describe(const Model* model, int geom) const {
+ModelGeometry::Geom ModelGeometry::describe(const Model* model, int geom) {
   Geom made = {};
   made.number = geom;
   made.kind = ints(model, layout.model_geom_type)[geom];
@@ -233,7 +250,14 @@ ModelGeometry::Geom ModelGeometry::describe(const Model* model, int geom) const 
   std::copy(orientation, orientation + 4, made.orientation);
   if (made.kind == kHeightField) {
     const HeightField of(model, made.data);
-    made.heights = mixed(mixed(1, of.data, sizeof(float) * of.rows * of.columns), of.size, 4 * sizeof(double));
+    made.contents = mixed(mixed(1, of.data, sizeof(float) * of.rows * of.columns), of.size, 4 * sizeof(double));
+  } else if (made.kind == kMesh || made.kind == kSdf) {
+    const auto [at, is_new] = meshes_.try_emplace(made.data);
+    if (is_new) {
+      const Mesh of(model, made.data);
+      at->second = mixed(mixed(2, of.vertex, 3 * sizeof(float) * of.vertices), of.face, 3 * sizeof(int) * of.count);
+    }
+    made.contents = at->second;
   }
   return made;
 }
@@ -257,20 +281,15 @@ std::shared_ptr<BodyGeometry> ModelGeometry::make(const Model* model) const {
       case kBox: shape.kind = ShapeKind::box; break;
       case kHeightField: {
         const HeightField of(model, geom.data);
-        mesh = shared_mesh(mixed(mixed(geom.heights, of.rows), of.columns), limits_.facing_gap,
+        mesh = shared_mesh(mixed(mixed(geom.contents, of.rows), of.columns), limits_.facing_gap,
                            [&] { return make_height_field(of.rows, of.columns, of.size, of.data); });
         break;
       }
       case kMesh:
       case kSdf: {
-        const auto vertices = static_cast<std::size_t>(ints(model, layout.model_mesh_vertnum)[geom.data]);
-        const auto count = static_cast<std::size_t>(ints(model, layout.model_mesh_facenum)[geom.data]);
-        const float* vertex = field<const float*>(model, layout.model_mesh_vert) +
-                              std::ptrdiff_t{3} * ints(model, layout.model_mesh_vertadr)[geom.data];
-        const int* face = ints(model, layout.model_mesh_face) +
-                          std::ptrdiff_t{3} * ints(model, layout.model_mesh_faceadr)[geom.data];
-        const std::uint64_t key = mixed(mixed(2, vertex, 3 * sizeof(float) * vertices), face, 3 * sizeof(int) * count);
-        mesh = shared_mesh(key, limits_.facing_gap, [&] { return make_mesh(vertex, vertices, face, count); });
+        const Mesh of(model, geom.data);
+        mesh = shared_mesh(geom.contents, limits_.facing_gap,
+                           [&] { return make_mesh(of.vertex, of.vertices, of.face, of.count); });
         break;
       }
       default: break;

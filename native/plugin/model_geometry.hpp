@@ -35,7 +35,7 @@ class ModelGeometry {
   struct Geom {
     int number, kind, data;
     double size[3], position[3], orientation[4];
-    std::uint64_t heights;   // fingerprint of a height field's data
+    std::uint64_t contents;   // fingerprint of a mesh or of a height field's data
 
     bool operator==(const Geom& other) const;
   };
@@ -45,12 +45,15 @@ class ModelGeometry {
   };
   // Add a link's pressing geoms to geoms_. `first`: the link in whose frame they are described.
   void choose(const Model* model, int link, int first, int pad_geom);
-  Geom describe(const Model* model, int geom) const;
+  Geom describe(const Model* model, int geom);
   std::shared_ptr<BodyGeometry> make(const Model* model) const;
 
   SideLimits limits_;
   std::map<std::vector<int>, Known> known_;
   std::vector<Geom> geoms_;   // the pressing geoms of the last body
+  // Fingerprints of meshes by number, of the model that was read last: a simulation may be stepped with several.
+  std::map<int, std::uint64_t> meshes_;
+  const Model* model_ = nullptr;
 };
 
 // Whether two geoms may collide: by their bits, unless their bodies are kept apart, or as an explicit pair.

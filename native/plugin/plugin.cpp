@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -16,8 +17,7 @@
 namespace mjtactile::mujoco {
 namespace {
 
-const char* const kAttributes[] = {"pad", "fidelity", "output", "law", "tangential", "friction", "tilt", "visual"};
-constexpr std::size_t kAttributeCount = sizeof kAttributes / sizeof kAttributes[0];
+constexpr std::size_t kAttributeCount = std::size(kAttributes);
 
 // What interrupted Python, by Ctrl-C for example, until Python raises it. MuJoCo has no way to pass it on. So the model
 // or data that is being made gets no sensors, and Python raises the exception before it can use what it was given. No
@@ -120,7 +120,7 @@ int init(const Model* model, Data* data, int instance) {
   }
   auto made = std::make_unique<Instance>(resolved, resolved.pad->pad, geom, std::move(addresses),
                                          std::make_shared<Context>(resolved.context, true));
-  made->prepare(model);
+  made->prepare(model, instance);
   simulations().keep(data, instance, std::move(made));
   return 0;
 }

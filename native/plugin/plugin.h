@@ -25,8 +25,8 @@ typedef struct mjt_instance {
 } mjt_instance;
 
 /* A warning, given once for every sensor, body and event. Events: 0 beyond the range of small strains, 1 not carried,
-   2 approximated, 3 refused, 4 the pad was resized, 5 the body is behind the pad (see Event). Body -1: a flex, or
-   for event 4 none. Pressure [Pa], indentation [m]. */
+   2 approximated, 3 refused, 4 the pad was resized, 5 the body is behind the pad (see Event), 6 the model has
+   other settings. Body -1: a flex, or for events 4 and 6 none. Pressure [Pa], indentation [m]. */
 typedef struct mjt_note {
   int64_t context;
   int event, body;

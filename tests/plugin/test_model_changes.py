@@ -3,8 +3,10 @@
 import mujoco
 import numpy as np
 import pytest
+from mujoco import rollout
 
 import mjtactile
+from mjtactile.errors import ContactWarning
 
 RNG = np.random.default_rng(5)
 #: Half sizes [m] of a body that stands on the pad's rim; its lower side stays where it is.
@@ -62,3 +64,55 @@ def test_a_pad_that_changes_its_size_is_told_of_once_and_counted():
     model.geom("pad").size = (0.0075, 0.0075, 0.0025)
     read(model, data)
     assert mjtactile.plugin_health(model, data, "touch").resized == 3
+
+
+def pressed_by_a_mesh(
+    width: float, *, first: int = 0, fidelity: str = "fast", law: str | None = None
+) -> mujoco.MjModel:
+    """A bar [m] of a width lies across the pad; `first` sensors stand before the pad's."""
+    spec = mujoco.MjSpec.from_string("""<mujoco><option timestep=".001" integrator="implicitfast" cone="elliptic"/>
+      <worldbody><body name="finger"/></worldbody></mujoco>""")
+    corners = [(x, y, z) for z in (-0.006, 0.006) for y in (-0.003, 0.003) for x in (-width / 2, width / 2)]
+    spec.add_mesh(name="bar", uservert=np.ravel(corners).tolist())
+    body = spec.worldbody.add_body(name="bar", pos=[0.0, 0.0, 0.006])
+    body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0.0, 0.0, 1.0])
+    body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="bar", mass=0.05)
+    for number in range(2):
+        if number == first:
+            mjtactile.attach_pad(spec, body="finger", name="ff", fidelity=fidelity, law=law)
+        spec.add_sensor(name=f"clock {number}", type=mujoco.mjtSensor.mjSENS_CLOCK)
+    return spec.compile()
+
+
+def alone(model: mujoco.MjModel) -> np.ndarray:
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 50)
+    return data.sensordata.copy()
+
+
+def rolled_out(models: list[mujoco.MjModel]) -> np.ndarray:
+    """The last sensor data of each model, in simulations that share one MjData."""
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    data = mujoco.MjData(models[0])
+    start = np.empty(mujoco.mj_stateSize(models[0], kind))
+    mujoco.mj_getState(models[0], data, start, kind)
+    return rollout.rollout(models, data, np.tile(start, (len(models), 1)), nstep=50)[1][:, -1]
+
+
+def test_a_rollout_of_models_with_different_meshes_reads_each_with_its_own():
+    models = [pressed_by_a_mesh(width) for width in (8e-3, 7e-3, 8e-3)]
+    expected = [alone(model) for model in models]
+    assert abs(expected[0] - expected[1]).max() > 0.05 * expected[0].max()
+    np.testing.assert_array_equal(rolled_out(models), expected)
+
+
+@pytest.mark.parametrize("other", [{"law": "uniform"}, {"fidelity": "balanced"}, {"first": 1}])
+def test_a_rollout_of_models_whose_sensors_differ_is_no_number_and_says_so(other):
+    models = [pressed_by_a_mesh(8e-3), pressed_by_a_mesh(8e-3, **other), pressed_by_a_mesh(8e-3)]
+    with pytest.warns(ContactWarning, match="pad 'ff_pad': its readings are NaN.*an MjData of each such model"):
+        found = rolled_out(models)
+    np.testing.assert_array_equal(found[[0, 2]], [alone(models[0])] * 2)
+    clocks = [models[1].sensor(f"clock {number}").adr[0] for number in range(2)]
+    pad = np.delete(np.arange(models[1].nsensordata), clocks)
+    assert np.isnan(found[1][pad]).all()
+    assert found[1][clocks] == pytest.approx(0.049)  # the time when the last step began [s]
