@@ -42,6 +42,11 @@ constexpr double kLowSprings = 6.003;
 constexpr double kSliver = 0.2, kFlank = 3.0;
 // Stiffness of the springs that resist any tilt, over that of the others; and the slope up to which they do.
 constexpr double kLevelling = 1e-6, kSteepest = 10.0;
+// Contacts are searched for along ridges if these are at least this long, over the length of the spots that were found,
+// and if kMostlyNarrow of this length is of parts narrower than kNarrowPart, over the length of the region about them.
+constexpr double kLongRidges = 0.6, kMostlyNarrow = 0.5, kNarrowPart = 0.2;
+// Ridges' heights are found up to this share of the level that these spots would need.
+constexpr double kRidgeTolerance = 0.1;
 // Perimeter of a circle over that of its staircase outline on a grid, pi / 4.
 constexpr double kRound = 0.78539816339744830962;
 
@@ -95,6 +100,7 @@ bool ContactSearch::look(const HeightMap& map) {
     points_[sample] = {diagonal[sample % kLines].x, diagonal[sample / kLines].y};
   }
   map.heights(points_, raw_);
+  grid_ = raw_;
   for (const Point& at : map.candidates()) {
     const double height_there = map.height(at.x, at.y);
     if (std::isfinite(height_there)) offer(at, height_there);
@@ -404,8 +410,58 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
     add_below(parts_[k], below);
     spots_.push_back({region, area, kRound * below.perimeter / 2});
   }
+  follow_ridges(map, plane, load);
   add_strips(map, plane, spots_.empty() ? 0.0 : kSliver * load.narrowest);
   return spots_;
+}
+
+// Find ridges if some spot is open, as narrow and bent contacts are. `length`: of all spots [m]. False if the ridges do
+// not account for these.
+bool ContactSearch::find_ridges(const HeightMap& map, const Plane& plane, const SearchLoad& load, double length) {
+  if (!load.follows || !(level_ > 0.0) || level_ > loaded_) return false;
+  if (std::none_of(spots_.begin(), spots_.end(), [](const Spot& spot) { return spot.is_open(); })) return false;
+  Ridges::Grid grid = {bounds_, kLines, grid_, {nullptr, nullptr, nullptr, nullptr}};
+  for (std::size_t k = 0; k < rim_count_; ++k) {
+    const Point& inward = rim_[k].inward;
+    grid.ends[inward.x > 0.0 ? 0 : inward.x < 0.0 ? 1 : inward.y > 0.0 ? 2 : 3] = &rim_[k].heights;
+  }
+  const double ceiling = kSpare * std::max(reached_, load.reach);
+  const HeightWindow view = {&map, {plane.slopes[0], plane.slopes[1]}, plane.middle, lowest_, ceiling};
+  ridges_.find(view, grid, kRidgeTolerance * load.force / (load.modulus * length));
+  return ridges_.length_below(std::max(reached_, load.reach)) > kLongRidges * length;
+}
+
+// Replace the spots by others along ridges if the contact is narrow. A line contact of length L carries the force
+// F = E* l L at a level l.
+void ContactSearch::follow_ridges(const HeightMap& map, const Plane& plane, const SearchLoad& load) {
+  strip_ = 0.0;
+  double length = 0.0;
+  for (const Spot& spot : spots_) length += spot.length;
+  if (!find_ridges(map, plane, load, length)) return;
+  const double product = load.force / load.modulus, deepest = ridges_.count_from_lowest();
+  const double level = ridges_.level_for(product), gathered = std::max(level, load.reach - deepest);
+  const double strip = product / ridges_.length_below(gathered);
+  const auto& stretches = ridges_.connect(gathered, kNear * spacing_, strip);
+  if (stretches.size() > kMostParts) return;
+  double all = 0.0, narrow = 0.0, area = 0.0;
+  along_ridges_.clear();
+  for (const Ridges::Stretch& one : stretches) {
+    const double sides[2] = {one.width(), one.width()};
+    along_ridges_.push_back({region_about(one.points, sides, 0.0, map), one.area, one.length});
+    all += one.length, area += one.area;
+    if (one.width() < kNarrowPart * along_ridges_.back().region.lengthwise().width) narrow += one.narrow;
+  }
+  if (!(narrow > kMostlyNarrow * all) || !(all > kLongRidges * length) || area < load.least_area) return;
+  spots_ = along_ridges_;
+  // Heights count from the lowest point.
+  lowest_ += deepest;
+  level_ = loaded_ = std::min(level, load.end);
+  reached_ = gathered;
+  strip_ = strip;
+}
+
+bool ContactSearch::has_more_ridges(double height) const {
+  return ridges_.length_below(height) > (1.0 + kTogether) * ridges_.length_below(reached_);
 }
 
 // Add strips along the sheet's rim that are below the level and too narrow for the grids. Flanks that are narrower than

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "contact/cells/lattice.hpp"
+#include "contact/ridges.hpp"
 #include "contact/solvers/rising_heights.hpp"
 #include "contact/solvers/springs.hpp"
 #include "geometry/disjoint_sets.hpp"
@@ -49,6 +50,7 @@ struct SearchLoad {
   double modulus;      // E* of a half space as compliant as the surface [Pa]
   double least_area;   // contact area that the force needs at least [m^2]
   double narrowest;    // least width of a cell [m]
+  bool follows;        // whether narrow contacts are searched for along ridges
   double reach = 0.0;  // height up to which the body was found to touch [m]; 0 if not known
   double end = kNowhere;   // height at which the contact was found to end, where spots end, too [m]
 };
@@ -70,6 +72,12 @@ class ContactSearch {
   // Height up to which the spots reach [m]. It is above the level if a higher spot was found to touch or nearly
   // touches.
   double reached() const { return reached_; }
+  // Whether the spots lie along ridges. The body is then in contact up to about a level above the ridge beside it.
+  bool follows_ridges() const { return strip_ > 0.0; }
+  // That height above the ridge [m]; 0 if the spots do not lie along ridges.
+  double strip() const { return strip_; }
+  // Whether there are more ridges below a height above the lowest point [m].
+  bool has_more_ridges(double height) const;
   // Diagonal of the sampled area [m].
   double extent() const { return std::hypot(bounds_.east - bounds_.west, bounds_.north - bounds_.south); }
   // Height of the lowest sample, without a plane [m]; infinite if there is none.
@@ -116,6 +124,8 @@ class ContactSearch {
   Point grid_point(std::size_t sample) const;
   void offer(const Point& at, double height);
   void look_at_rim(const HeightMap& map);
+  bool find_ridges(const HeightMap& map, const Plane& plane, const SearchLoad& load, double length);
+  void follow_ridges(const HeightMap& map, const Plane& plane, const SearchLoad& load);
   void add_strips(const HeightMap& map, const Plane& plane, double sliver);
   double add_strip(const HeightMap& map, const Plane& plane, const RimSide& side, std::size_t first, std::size_t last,
                    double sliver);
@@ -148,6 +158,8 @@ class ContactSearch {
   std::vector<Point> corners_;       // of a flat face
   std::vector<std::size_t> moved_;   // samples whose points do not belong to the grid
   std::vector<double> raw_, heights_;
+  std::vector<double> grid_;         // raw_ before points were moved
+  Ridges ridges_;
   RimSide rim_[4];
   std::size_t rim_count_ = 0;
   RisingHeights rising_;
@@ -158,11 +170,12 @@ class ContactSearch {
   std::vector<std::size_t> labels_;
   std::vector<Part> parts_;
   std::size_t part_count_ = 0;
-  std::vector<Spot> spots_;
+  std::vector<Spot> spots_, along_ridges_;
   std::vector<Point> chosen_;
   double least_ = kNowhere, level_ = 0.0, loaded_ = 0.0, lowest_ = 0.0, reached_ = 0.0;
   double step_[2] = {}, spacing_ = 0.0;   // of the grid along x and y, and the larger of the two [m]
   bool sees_all_ = false;
+  double strip_ = 0.0;
   SpringBed springs_;
   std::vector<double> between_;
   std::vector<double> stiffness_, modes_, bed_heights_;

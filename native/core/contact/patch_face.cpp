@@ -71,12 +71,16 @@ bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_
   const Lattice& lattice = lattices_[number];
   const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);
   const SampledLattices::Nodes nodes = lattices_.nodes(number, place);
-  Cell cell = {number, static_cast<std::uint32_t>(place), nodes.under == 9, lattice.cosine, lattice.sine,
+  const bool strip = lattices_.follows_ridges(number);
+  Cell cell = {number, static_cast<std::uint32_t>(place), !strip && nodes.under == 9, lattice.cosine, lattice.sine,
                {lattice.size, lattice.width()}};
   Point middle = lattice.at(column + 0.5, row + 0.5);
   if (!cell.whole) {
     CoveredPart covered;
-    if (!find_covered({lattice, view, column, row, nodes.finite == 9 ? nodes.over : nullptr}, covered)) return false;
+    if (strip ? !find_covered(lattice, lattices_.spans(number, place), covered)
+              : !find_covered({lattice, view, column, row, nodes.finite == 9 ? nodes.over : nullptr}, covered)) {
+      return false;
+    }
     middle = lattice.at(column + 0.5 + covered.x / lattice.size, row + 0.5 + covered.y / lattice.width());
     // Ends are only accurate to a fraction of a cell, so the middle of a sliver may be beyond the sheet.
     if (!view.map->bounds().holds(middle.x, middle.y)) return false;
@@ -94,7 +98,7 @@ bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_
     cell.sides[1] = covered.area / cell.sides[0];
   }
   cells_.push_back(cell);
-  goes_on_.push_back(nodes.finite > nodes.under ? 1 : 0);
+  goes_on_.push_back(!strip && nodes.finite > nodes.under ? 1 : 0);
   face_.centroids.push_back(middle);
   return true;
 }

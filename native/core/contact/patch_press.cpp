@@ -294,6 +294,7 @@ SearchLoad PatchPress::load_of(const double* wrench, const ContactSurface& surfa
   load.modulus = 1.0 / (kPi * surface.compliance.factor());
   load.least_area = surface.options.strength > 0.0 ? kSpareArea * load.force / surface.options.strength : 0.0;
   load.narrowest = surface.options.narrowest;
+  load.follows = surface.options.law->couples();
   return load;
 }
 
@@ -543,7 +544,8 @@ void PatchPress::press_again(const ContactSurface& surface, const double* wrench
 bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, const Viewpoint& view) {
   laid_.seen = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(),
                 highest_cells(surface.options, view) + search_.same()};
-  lattices_.lay({spots_, laid_.seen, search_, surface.options, view.finer, view.height_factor}, laid_.cells.lattices());
+  lattices_.lay({spots_, laid_.seen, search_, surface.options, view.finer, view.height_factor, search_.strip()},
+                laid_.cells.lattices());
   laid_.cells.lay(laid_.seen);
   if (laid_.cells.heights().empty()) return false;
   laid_.cells.finish(surface.sheet, surface.compliance.resolution());
@@ -649,8 +651,9 @@ InclinedPlane PatchPress::reached() const {
 // Whether the body comes down to other parts of it than those with cells. A part that rises from its edge, as a wedge
 // does, goes on beyond its region in proportion to the height.
 bool PatchPress::reaches_other_part() const {
-  if (search_.sees_all()) return false;
   const double lowered = laid_.contact.lowered();
+  if (search_.follows_ridges()) return search_.has_more_ridges(lowered);
+  if (search_.sees_all()) return false;
   widen_regions(std::max(kOtherPart, 2.0 * lowered / laid_.seen.highest));
   return search_.lower_than(seen_plane(), lowered, wider_);
 }
@@ -706,7 +709,9 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
     if (touches || share < rolling) view.spot_height = std::max(view.spot_height, kTouchMargin * next.height);
     return true;
   }
-  if (search_.level() > 0.0 && laid_.contact.indentation() > kTooDeep * laid_.seen.highest &&
+  // Cells along ridges are as wide as the contact, which is deeper than they are high.
+  const bool strips = search_.follows_ridges();
+  if (search_.level() > 0.0 && !strips && laid_.contact.indentation() > kTooDeep * laid_.seen.highest &&
       view.height_factor < kMostHeightFactor) {
     // The contact is so deep that parts above the cells touch as well.
     const double deeper = kShareOfDepth * laid_.contact.indentation() / laid_.seen.highest;
@@ -718,7 +723,7 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
     return true;
   }
   // Cells above the height to which the body sinks in are not needed.
-  if (few && search_.level() > 0.0 && touching < bound.lower * laid_.seen.highest) {
+  if (few && search_.level() > 0.0 && !strips && touching < bound.lower * laid_.seen.highest) {
     view.end_height = touching;
     // Spots up to a level above the contact's end may hold several places where the body touches.
     if (search_.level() > touching) view.spot_end = touching;

@@ -31,6 +31,8 @@ constexpr double kTooFew = 0.85;         // smaller cells are laid if there are 
 constexpr double kLeastFiner = 0.25;     // with at least this share of their area
 constexpr double kNearly = 1.1;          // symmetric bodies may have this many cells, over the largest number
 constexpr double kLeastCoarser = 1.25;   // least factor by which cells grow if there are too many,
+constexpr double kNarrowStrip = 3.0;     // a strip up to this many cells wide is narrow, and its cells are made
+constexpr double kStripCell = 1.3;       // this long and wide, over its width
 constexpr int kRounds = 10;              // and largest number of times
 constexpr double kMostSamples = 32.0;    // largest number of heights computed per cell
 
@@ -78,11 +80,16 @@ void SpotLattices::lay(const Look& look, SampledLattices& lattices) {
   for (int round = 0; round < kRounds; ++round) {
     lattices.clear();
     for (std::size_t k = 0; k < look.spots.size(); ++k) {
-      lattices.add(lattice_over(look, k, number.wanted, coarser), look.seen, {regions_, k});
+      const Lattice lattice = lattice_over(look, k, number.wanted, coarser);
+      if (look.strip > 0.0 && look.spots[k].is_open()) {
+        lattices.add_strips(lattice, look.seen, {regions_, k}, look.strip);
+      } else {
+        lattices.add(lattice, look.seen, {regions_, k});
+      }
     }
     lattices.settle(regions_);
     const auto count = static_cast<double>(lattices.counted());
-    if (round == 0 && count < kTooFew * number.wanted && look.options.law->shapes()) {
+    if (round == 0 && count < kTooFew * number.wanted && look.options.law->shapes() && !(look.strip > 0.0)) {
       // The body ends, or rises more steeply, than was assumed.
       coarser = std::max(count / number.wanted, kLeastFiner);
       continue;
@@ -118,6 +125,10 @@ void SpotLattices::set_regions(const Look& look) {
   regions_.clear();
   for (const Spot& spot : look.spots) {
     Region region = spot.region.lengthwise();
+    if (look.strip > 0.0 && spot.is_open()) {
+      regions_.push_back(region);
+      continue;
+    }
     // A line into a bent or hollow region may meet nothing of the body for a long way, so most of it is kept.
     const bool open = spot.is_open() && region.width < kElongated * region.height;
     const Region largest = {region.centre, region.angle, wider * region.width, wider * region.height};
@@ -147,6 +158,11 @@ Lattice SpotLattices::lattice_over(const Look& look, std::size_t number, double 
   // Side of the cells if `share` of them lie along a line of the spot's length at any angle to the lattice.
   const double askew = coarser * kAskew * spot.length / share;
   if (spot.is_open()) cell = std::max(cell, askew * askew);
+  if (look.strip > 0.0 && spot.is_open()) {
+    // A cell holds the whole width of a narrow strip, because parts of it would not lie along it.
+    const double strip = spot.area / spot.length, side = kStripCell * strip;
+    if (strip < kNarrowStrip * std::sqrt(cell)) cell = std::max(cell, side * side);
+  }
   Region region = regions_[number];
   cell = std::max(cell, std::max(coarser, 1.0) * region.area() / (kMostSamples * cells));
   // The spot may be a small sample of a larger body, so no region is smaller than the narrowest cell.

@@ -21,6 +21,8 @@ class SpotLattices {
     const LawOptions& options;
     double finer;                  // number of cells over that of the options [-]
     double height_factor;          // height up to which cells are laid, over the level [-]
+    double strip;                  // how much higher the body is at the sides of strips along ridges [m]; 0 if the
+                                   // cells do not follow ridges
   };
   // That factor in a first look, and its least value if the bound on pressure sets the level.
   static constexpr double kHeightFactor = 2.5, kBoundedHeightFactor = 1.6;

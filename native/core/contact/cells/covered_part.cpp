@@ -11,8 +11,12 @@ constexpr double kLeastShare = 1e-3;
 // Nor do parts that are not wider than this (standard deviation over a cell's size).
 constexpr double kLeastWidth = 1e-4;
 // The covered part of a cell is found on lines at Gauss points, with so many steps along a line and bisections.
-constexpr double kLines[3] = {-0.38729833462074168852, 0.0, 0.38729833462074168852};
-constexpr double kWeights[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+struct Rule {
+  double lines[3], weights[3];
+};
+constexpr Rule kGauss = {{-0.38729833462074168852, 0.0, 0.38729833462074168852}, {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0}};
+// Spans are known on the cell's sides and middle lines, at the points of Simpson's rule.
+constexpr Rule kSimpson = {{-0.5, 0.0, 0.5}, {1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0}};
 constexpr int kSteps = 4, kBisections = 6;
 // Number of steps, from a region's sides inward, in which the end of the body is searched.
 constexpr int kTrimSteps = 8;
@@ -87,20 +91,19 @@ bool search_ends(const CutCell& cut, bool along, double line, double& low, doubl
 }
 
 // Add the area and moments of the part, from lines in one direction. Returns the number of lines that meet it.
-int sweep(const CutCell& cut, bool along, CoveredPart& sum) {
+// `find_ends`: finds the part's ends on a line of the rule; false if it has none.
+template <typename FindEnds>
+int sweep(const Lattice& lattice, const Rule& rule, bool along, const FindEnds& find_ends, CoveredPart& sum) {
   int hits = 0;
-  const double size = cut.lattice.size, other_size = cut.lattice.width();
+  const double size = lattice.size, other_size = lattice.width();
   const double length = along ? size : other_size, width = along ? other_size : size;
   for (int line = 0; line < 3; ++line) {
     double low, high;
-    if (cut.over != nullptr ? !between_nodes(cut.over, along, kLines[line], low, high)
-                            : !search_ends(cut, along, kLines[line], low, high)) {
-      continue;
-    }
+    if (!find_ends(along, line, low, high)) continue;
     ++hits;
     low *= length, high *= length;
-    const double weight = (high - low) * width * kWeights[line], middle = (low + high) / 2;
-    const double square = (high * high + high * low + low * low) / 3, other = kLines[line] * width;
+    const double weight = (high - low) * width * rule.weights[line], middle = (low + high) / 2;
+    const double square = (high * high + high * low + low * low) / 3, other = rule.lines[line] * width;
     sum.area += weight;
     sum.x += weight * (along ? middle : other);
     sum.y += weight * (along ? other : middle);
@@ -111,12 +114,12 @@ int sweep(const CutCell& cut, bool along, CoveredPart& sum) {
   return hits;
 }
 
-}  // namespace
-
 // Lines run in both directions, so that the result does not depend on how the scene is turned.
-bool find_covered(const CutCell& cut, CoveredPart& covered) {
+template <typename FindEnds>
+bool sweep_both_ways(const Lattice& lattice, const Rule& rule, const FindEnds& find_ends, CoveredPart& covered) {
   CoveredPart found[2] = {};
-  const int along = sweep(cut, true, found[0]), across = sweep(cut, false, found[1]);
+  const int along = sweep(lattice, rule, true, find_ends, found[0]);
+  const int across = sweep(lattice, rule, false, find_ends, found[1]);
   // Lines along a narrow part hit or miss it as a whole. Lines across it are more accurate.
   covered = {};
   for (int k = 0; k < 2; ++k) {
@@ -126,7 +129,7 @@ bool find_covered(const CutCell& cut, CoveredPart& covered) {
     covered.x += share * found[k].x, covered.y += share * found[k].y;
     covered.xx += share * found[k].xx, covered.xy += share * found[k].xy, covered.yy += share * found[k].yy;
   }
-  const double whole = covered.area, cell = cut.lattice.size * cut.lattice.width();
+  const double whole = covered.area, cell = lattice.size * lattice.width();
   if (!(whole > kLeastShare * cell)) return false;
   covered.x /= whole, covered.y /= whole;
   covered.xx = covered.xx / whole - covered.x * covered.x;
@@ -135,6 +138,24 @@ bool find_covered(const CutCell& cut, CoveredPart& covered) {
   // A part that only one line meets has no width except rounding.
   const double least = kLeastWidth * kLeastWidth * cell;
   return covered.xx > least && covered.yy > least;
+}
+
+}  // namespace
+
+bool find_covered(const CutCell& cut, CoveredPart& covered) {
+  const auto find_ends = [&](bool along, int line, double& low, double& high) {
+    return cut.over != nullptr ? between_nodes(cut.over, along, kGauss.lines[line], low, high)
+                               : search_ends(cut, along, kGauss.lines[line], low, high);
+  };
+  return sweep_both_ways(cut.lattice, kGauss, find_ends, covered);
+}
+
+bool find_covered(const Lattice& lattice, const CellSpans& spans, CoveredPart& covered) {
+  const auto find_ends = [&](bool along, int line, double& low, double& high) {
+    low = spans.low[along ? 0 : 1][line], high = spans.high[along ? 0 : 1][line];
+    return low < high;
+  };
+  return sweep_both_ways(lattice, kSimpson, find_ends, covered);
 }
 
 void trim(const HeightWindow& view, double least, double most, Region& region) {

@@ -11,6 +11,8 @@ constexpr double kBeyond = 0.25;
 constexpr std::size_t kGrowths = 12;
 // Two regions are of unlike size if the area of the smaller is less than this fraction of the other's.
 constexpr double kUnlike = 0.5;
+// Heights of ridges are found up to this share of the strips' height.
+constexpr double kTolerance = 0.1;
 
 // Add rows and columns of cells on the sides where the body continues beyond the lattice.
 void grow(const HeightWindow& view, const SampledLattices::Territory& territory, Lattice& lattice) {
@@ -60,6 +62,7 @@ void SampledLattices::clear() {
   first_nodes_.clear();
   numbers_.clear();
   nodes_.clear();
+  first_lines_.clear(), line_ends_.clear(), strips_.clear();
   counted_ = 0;
 }
 
@@ -68,6 +71,7 @@ void SampledLattices::append(const Lattice& lattice) {
   lattices_.push_back(lattice);
   firsts_.push_back(numbers_.size());
   first_nodes_.push_back(nodes_.size());
+  first_lines_.push_back(kNoLines);
   numbers_.resize(numbers_.size() + lattice.cells(), kNone);
   nodes_.resize(nodes_.size() + (2 * lattice.columns + 1) * (2 * lattice.rows + 1), kNowhere);
 }
@@ -81,9 +85,9 @@ void SampledLattices::sample(const HeightWindow& view) {
   }
 }
 
-void SampledLattices::add(Lattice lattice, const HeightWindow& view, const Territory& territory) {
-  grow(view, territory, lattice);
-  append(lattice);
+// Sample all nodes of the last lattice.
+void SampledLattices::sample_all(const HeightWindow& view) {
+  const Lattice& lattice = lattices_.back();
   const std::size_t across = 2 * lattice.columns + 1, count = across * (2 * lattice.rows + 1);
   points_.resize(count);
   wanted_.resize(count);
@@ -95,11 +99,101 @@ void SampledLattices::add(Lattice lattice, const HeightWindow& view, const Terri
     }
   }
   sample(view);
+}
+
+// Count a cell of the last lattice, unless it was counted or belongs to another lattice.
+void SampledLattices::count(std::size_t place, const Territory& territory) {
+  const std::size_t lattice = size() - 1;
+  if (number(lattice, place) == kCounted || territory.lost(lattices_.back().middle(place))) return;
+  set_number(lattice, place, kCounted);
+  ++counted_;
+}
+
+void SampledLattices::add(Lattice lattice, const HeightWindow& view, const Territory& territory) {
+  grow(view, territory, lattice);
+  append(lattice);
+  sample_all(view);
   for (std::size_t place = 0; place < lattice.cells(); ++place) {
-    if (!is_under(size() - 1, place) || territory.lost(lattice.middle(place))) continue;
-    set_number(size() - 1, place, kCounted);
-    ++counted_;
+    if (is_under(size() - 1, place)) count(place, territory);
   }
+}
+
+void SampledLattices::add_strips(const Lattice& lattice, const HeightWindow& view, const Territory& territory,
+                                 double strip) {
+  append(lattice);
+  sample_all(view);
+  first_lines_.back() = line_ends_.size();
+  find_strips(view, strip);
+  for (std::size_t place = 0; place < lattice.cells(); ++place) {
+    bool meets = false;
+    each_strip(size() - 1, place, [&](std::size_t, std::size_t, const Strip&, double, double) { meets = true; });
+    if (meets) count(place, territory);
+  }
+}
+
+// Find where the node lines of the last lattice cross ridges.
+void SampledLattices::find_strips(const HeightWindow& view, double strip) {
+  const Lattice& lattice = lattices_.back();
+  const std::size_t across = 2 * lattice.columns + 1, along = 2 * lattice.rows + 1;
+  strip_ = strip;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const bool row = axis == 0;
+    const Point from = lattice.at(0.0, 0.0), to = row ? lattice.at(0.5, 0.0) : lattice.at(0.0, 0.5);
+    for (std::size_t line = 0; line < (row ? along : across); ++line) {
+      const std::size_t count = row ? across : along;
+      const double* const first = nodes_.data() + first_nodes_.back() + line * (row ? across : 1);
+      const auto point = [&](double node) {
+        const double place = static_cast<double>(line) / 2;
+        return row ? lattice.at(node / 2, place) : lattice.at(place, node / 2);
+      };
+      const auto beyond = [&](double node) { return view.height(point(node)) - view.highest; };
+      crossings_.clear();
+      add_crossings(view,
+                    {point(0.0), {to.x - from.x, to.y - from.y}, count, first, row ? 1 : across, beyond(-0.5),
+                     beyond(static_cast<double>(count) - 0.5), false},
+                    kTolerance * strip, crossings_);
+      for (const RidgeCrossing& one : crossings_) {
+        strips_.push_back({one.height, one.place - one.reach(strip, -1.0), one.place + one.reach(strip, 1.0)});
+      }
+      line_ends_.push_back(strips_.size());
+    }
+  }
+}
+
+// Visit the strips on the node lines of a cell: for each the line's axis and number, the strip, and its part in the
+// cell, in cells from its middle. A line that passes beside a ridge, and does not cross it, is left out.
+template <typename Visit>
+void SampledLattices::each_strip(std::size_t lattice, std::size_t place, Visit&& visit) const {
+  const Lattice& own = lattices_[lattice];
+  const std::size_t column = place % own.columns, row = place / own.columns;
+  const auto each = [&](auto&& see) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const std::size_t first = first_lines_[lattice] + (axis == 0 ? 2 * row : 2 * own.rows + 1 + 2 * column);
+      const auto start = static_cast<double>(axis == 0 ? column : row) + 0.5;
+      for (std::size_t line = 0; line < 3; ++line) {
+        const std::size_t number = first + line;
+        for (std::size_t k = number > 0 ? line_ends_[number - 1] : 0; k < line_ends_[number]; ++k) {
+          const double low = std::max(strips_[k].low / 2 - start, -0.5);
+          const double high = std::min(strips_[k].high / 2 - start, 0.5);
+          if (low < high) see(axis, line, strips_[k], low, high);
+        }
+      }
+    }
+  };
+  double least = kNowhere;
+  each([&](std::size_t, std::size_t, const Strip& one, double, double) { least = std::min(least, one.height); });
+  each([&](std::size_t axis, std::size_t line, const Strip& one, double low, double high) {
+    if (one.height <= least + strip_) visit(axis, line, one, low, high);
+  });
+}
+
+CellSpans SampledLattices::spans(std::size_t lattice, std::size_t place) const {
+  CellSpans found;
+  each_strip(lattice, place, [&](std::size_t axis, std::size_t line, const Strip&, double low, double high) {
+    found.low[axis][line] = std::min(found.low[axis][line], low);
+    found.high[axis][line] = std::max(found.high[axis][line], high);
+  });
+  return found;
 }
 
 void SampledLattices::settle(const std::vector<Region>& regions) {
@@ -123,8 +217,15 @@ void SampledLattices::settle(const std::vector<Region>& regions) {
   counted_ -= twice_.size();
 }
 
+bool SampledLattices::splits(std::size_t lattice, double narrowest) const {
+  return !follows_ridges(lattice) && lattices_[lattice].splits(narrowest);
+}
+
 bool SampledLattices::can_split(double narrowest) const {
-  return std::any_of(lattices_.begin(), lattices_.end(), [=](const Lattice& one) { return one.splits(narrowest); });
+  for (std::size_t lattice = 0; lattice < size(); ++lattice) {
+    if (splits(lattice, narrowest)) return true;
+  }
+  return false;
 }
 
 void SampledLattices::split(const std::vector<std::uint8_t>& chosen, const HeightWindow& view, double narrowest) {
@@ -133,7 +234,7 @@ void SampledLattices::split(const std::vector<std::uint8_t>& chosen, const Heigh
   splits_.clear();
   const std::size_t count = size();
   for (std::size_t own = 0; own < count; ++own) {
-    if (lattices_[own].splits(narrowest)) split_lattice(own, chosen, view);
+    if (splits(own, narrowest)) split_lattice(own, chosen, view);
   }
 }
 

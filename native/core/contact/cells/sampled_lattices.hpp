@@ -8,7 +8,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "contact/cells/covered_part.hpp"
 #include "contact/cells/lattice.hpp"
+#include "contact/cells/ridge_crossings.hpp"
 #include "geometry/height_window.hpp"
 
 namespace mjtactile {
@@ -35,6 +37,13 @@ class SampledLattices {
   void clear();
   // Add a lattice, grown as far as the body goes on, and count its cells over which the body stands low enough.
   void add(Lattice lattice, const HeightWindow& view, const Territory& territory);
+  // Add a lattice whose cells follow the ridges of the body. Those count that a strip along a ridge meets, in which the
+  // body is less than `strip` higher than on the ridge [m].
+  void add_strips(const Lattice& lattice, const HeightWindow& view, const Territory& territory, double strip);
+  // Whether the cells of a lattice follow ridges; then no cell counts as a whole.
+  bool follows_ridges(std::size_t lattice) const { return first_lines_[lattice] != kNoLines; }
+  // The parts of lines across a cell of such a lattice that lie on strips.
+  CellSpans spans(std::size_t lattice, std::size_t place) const;
   // Where a lattice has grown out of its region over cells of another one, count the cells of one of them. `regions`:
   // those of the lattices.
   void settle(const std::vector<Region>& regions);
@@ -71,9 +80,16 @@ class SampledLattices {
   // Number of nodes in a row of a lattice, and the first node of a cell.
   std::size_t nodes_across(std::size_t lattice) const { return 2 * lattices_[lattice].columns + 1; }
   const double* corner(std::size_t lattice, std::size_t place) const;
+  // Whether the cells of a lattice can be split.
+  bool splits(std::size_t lattice, double narrowest) const;
   // Whether the body is low enough at some node of a cell.
   bool is_under(std::size_t lattice, std::size_t place) const;
   void append(const Lattice& lattice);
+  void sample_all(const HeightWindow& view);
+  void find_strips(const HeightWindow& view, double strip);
+  template <typename Visit>
+  void each_strip(std::size_t lattice, std::size_t place, Visit&& visit) const;
+  void count(std::size_t place, const Territory& territory);
   void sample(const HeightWindow& view);
   void split_lattice(std::size_t lattice, const std::vector<std::uint8_t>& chosen, const HeightWindow& view);
 
@@ -83,6 +99,17 @@ class SampledLattices {
   std::vector<double> nodes_;                       // heights minus the limit [m]; infinite where they are not needed
   std::vector<std::size_t> splits_;                 // for each lattice of the last split, the one that it splits
   std::size_t counted_ = 0;
+  // Where a node line of a lattice that follows ridges crosses one, and the part of it on the strip, in half cells from
+  // the lattice's first node.
+  struct Strip {
+    double height, low, high;   // height above the limit [m]
+  };
+  static constexpr std::size_t kNoLines = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> first_lines_;   // for each lattice, its first line; kNoLines if it does not follow ridges
+  std::vector<std::size_t> line_ends_;      // for each line, the number of strips up to its end
+  std::vector<Strip> strips_;
+  double strip_ = 0.0;                      // how much higher the body is at the sides of strips [m]
+  std::vector<RidgeCrossing> crossings_;    // of one line
   // Members, so that no step allocates them anew.
   std::vector<std::size_t> wanted_;                 // nodes of the last lattice that are sampled,
   std::vector<Point> points_;                       // where they are,

@@ -1,0 +1,54 @@
+// Where straight lines cross ridges of a body's lower surface: curves along which it stands lowest, such as the bottom
+// of a ring.
+//
+// A ridge may be much narrower than the steps at which a body is sampled. But a line through the samples has a lowest
+// point where it crosses a ridge. Halving the steps around the lowest samples finds it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "geometry/height_window.hpp"
+
+namespace mjtactile {
+
+// A body's heights at equal steps along a line, above the limit of a view [m].
+struct SampledLine {
+  Point start, step;          // the first sample, and the way from one to the next [m]
+  std::size_t count;
+  const double* heights;      // the first height
+  std::size_t stride;         // from one height to the next
+  double before, after;       // heights half a step beyond the ends; kUnknown if the line has no crossing there
+  bool cut_off;               // whether the sheet ends there, so that the body may press with its flank
+
+  static constexpr double kUnknown = -kNowhere;
+};
+
+class RidgeCrossing {
+ public:
+  Point at;
+  double place;     // along the line, in steps from its first sample
+  double height;    // above the view's limit [m]
+
+  // Distance along the line from the crossing to where the body is higher by `level` [m], in steps: toward the line's
+  // end if `sign` is 1, toward its start if it is -1.
+  double reach(double level, double sign) const;
+  // Whether the body rises by more than that before the next samples on both sides.
+  bool is_narrow(double level) const { return samples_[0].higher > level && samples_[1].higher > level; }
+
+ private:
+  friend class CrossingSearch;
+  static constexpr int kHalvings = 9;
+  struct Sample {
+    double away, higher;   // from the crossing, in steps; above it [m]
+  };
+  std::array<Sample, 2 * kHalvings + 2> samples_;   // the first two are the samples on both sides
+  std::size_t count_ = 0;
+};
+
+// Add the points below a view's limit at which a line crosses ridges. Their heights are found up to `tolerance` [m].
+void add_crossings(const HeightWindow& view, const SampledLine& line, double tolerance,
+                   std::vector<RidgeCrossing>& to);
+
+}  // namespace mjtactile

@@ -1,0 +1,102 @@
+#include "contact/ridges.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mjtactile {
+namespace {
+
+constexpr double kCrofton = 0.78539816339744830962;   // pi / 4
+
+}  // namespace
+
+void Ridges::find(const HeightWindow& view, const Grid& grid, double tolerance) {
+  const std::size_t lines = grid.lines;
+  const double steps[2] = {(grid.bounds.east - grid.bounds.west) / static_cast<double>(lines),
+                           (grid.bounds.north - grid.bounds.south) / static_cast<double>(lines)};
+  const auto point = [&](double column, double row) {
+    return Point{grid.bounds.west + steps[0] * (column + 0.5), grid.bounds.south + steps[1] * (row + 0.5)};
+  };
+  over_.resize(lines * lines);
+  for (std::size_t sample = 0; sample < over_.size(); ++sample) {
+    const Point at = point(static_cast<double>(sample % lines), static_cast<double>(sample / lines));
+    over_[sample] = view.measured(at, grid.heights[sample]) - view.highest;
+  }
+  crossings_.clear(), points_.clear();
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    for (std::size_t line = 0; line < lines; ++line) {
+      const auto across = static_cast<double>(line);
+      const auto end = [&](std::size_t side) {
+        const std::vector<double>* const heights = grid.ends[2 * axis + side];
+        if (heights == nullptr) return SampledLine::kUnknown;
+        const double along = side == 0 ? -0.5 : static_cast<double>(lines) - 0.5;
+        return view.measured(axis == 0 ? point(along, across) : point(across, along), (*heights)[line]) - view.highest;
+      };
+      const Point step = axis == 0 ? Point{steps[0], 0.0} : Point{0.0, steps[1]};
+      add_crossings(view,
+                    {axis == 0 ? point(0.0, across) : point(across, 0.0), step, lines,
+                     over_.data() + line * (axis == 0 ? lines : 1), axis == 0 ? 1 : lines, end(0), end(1), true},
+                    tolerance, crossings_);
+      while (points_.size() < crossings_.size()) {
+        const RidgeCrossing& one = crossings_[points_.size()];
+        points_.push_back({one.at, one.height + view.highest, steps[1 - axis], steps[axis], points_.size()});
+      }
+    }
+  }
+}
+
+double Ridges::length_below(double height) const {
+  double sum = 0.0;
+  for (const Crossing& one : points_) sum += one.height <= height ? kCrofton * one.spacing : 0.0;
+  return sum;
+}
+
+double Ridges::count_from_lowest() {
+  double least = 0.0;
+  for (const Crossing& one : points_) least = std::min(least, one.height);
+  for (Crossing& one : points_) one.height -= least;
+  return least;
+}
+
+double Ridges::level_for(double product) {
+  std::sort(points_.begin(), points_.end(),
+            [](const Crossing& one, const Crossing& other) { return one.height < other.height; });
+  double length = 0.0, level = 0.0;
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    length += kCrofton * points_[k].spacing;
+    level = std::max(product / length, points_[k].height);
+    if (k + 1 < points_.size() && level <= points_[k + 1].height) break;
+  }
+  return level;
+}
+
+const std::vector<Ridges::Stretch>& Ridges::connect(double height, double near, double level) {
+  const std::size_t count = points_.size();
+  sets_.reset(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (std::max(points_[i].height, points_[j].height) > height) continue;
+      const Point &one = points_[i].at, &other = points_[j].at;
+      if (std::max(std::abs(one.x - other.x), std::abs(one.y - other.y)) < near) sets_.join(i, j);
+    }
+  }
+  stretches_.clear();
+  numbers_.assign(count, count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Crossing& point = points_[i];
+    if (point.height > height) continue;
+    std::size_t& number = numbers_[sets_.root(i)];
+    if (number == count) number = stretches_.size(), stretches_.push_back({{}, 0.0, 0.0, 0.0});
+    Stretch& stretch = stretches_[number];
+    stretch.points.push_back(point.at);
+    stretch.length += kCrofton * point.spacing;
+    // Lines in both directions measure the area, each with the width along them.
+    const RidgeCrossing& crossing = crossings_[point.number];
+    const double width = point.step * (crossing.reach(level, 1.0) + crossing.reach(level, -1.0));
+    stretch.area += point.spacing * width / 2;
+    if (crossing.is_narrow(level)) stretch.narrow += kCrofton * point.spacing;
+  }
+  return stretches_;
+}
+
+}  // namespace mjtactile

@@ -1,0 +1,67 @@
+// Ridges of a body's lower surface, along which narrow contacts lie: the bottom of a ring, or the crests of a thread.
+//
+// The search samples a body on a grid that may miss most of a narrow contact. The grid's lines cross its ridge, though,
+// and tell where it is and how high. A curve that crosses the lines of a square grid of step d at n points is about
+// pi / 4 n d long, on average over all directions (Cauchy and Crofton; Santalo, Integral Geometry and Geometric
+// Probability, 1976, chapter 3).
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "contact/cells/ridge_crossings.hpp"
+#include "geometry/disjoint_sets.hpp"
+#include "geometry/height_window.hpp"
+
+namespace mjtactile {
+
+class Ridges {
+ public:
+  // Heights of a body at the middles of equal cells of a rectangle, not measured from a plane [m].
+  struct Grid {
+    Rectangle bounds;
+    std::size_t lines;                     // rows, and columns
+    const std::vector<double>& heights;    // row by row
+    // Heights at the ends of all rows on the west and the east, and of all columns on the south and the north; null
+    // where the body does not go on beyond the rectangle.
+    const std::vector<double>* ends[4];
+  };
+  // A connected part of the ridges.
+  struct Stretch {
+    std::vector<Point> points;
+    double area, length;   // of the surface near it that is low enough [m^2], and its own length [m]
+    double narrow;         // length of its part that is narrower than the grid's steps [m]
+
+    double width() const { return area / length; }
+  };
+
+  // Find the ridges up to the view's limit. Heights are found up to `tolerance` [m].
+  void find(const HeightWindow& view, const Grid& grid, double tolerance);
+  // Length of the ridges below a height [m].
+  double length_below(double height) const;
+  // Count heights from the lowest point of all ridges if it is below the view's lowest point. Returns its height there,
+  // 0 if it is not below [m].
+  double count_from_lowest();
+  // The least height l for which l times the length of the ridges below l is `product` [m^2].
+  double level_for(double product);
+  // Connect points up to a height that are closer than `near` along x and y [m]. A stretch's area is that up to `level`
+  // above it.
+  const std::vector<Stretch>& connect(double height, double near, double level);
+
+ private:
+  struct Crossing {
+    Point at;
+    double height, spacing;   // above the view's lowest point; of the parallel lines [m]
+    double step;              // along the line [m]
+    std::size_t number;       // in crossings_
+  };
+
+  std::vector<double> over_;   // the grid's heights above the limit
+  std::vector<RidgeCrossing> crossings_;
+  std::vector<Crossing> points_;
+  std::vector<Stretch> stretches_;
+  std::vector<std::size_t> numbers_;
+  DisjointSets<std::size_t> sets_;
+};
+
+}  // namespace mjtactile
