@@ -209,12 +209,13 @@ def _ring(
     force: float,
     *,
     aside: float = 0.0,
+    across: float = 0.0,
     sections: tuple[int, int] = (48, 24),
     mirrors: str = "",
 ) -> Case:
     return Case(
         f"a lying ring of {middle * 2e3:g} mm with a cord of {tube * 2e3:g} mm, a mesh, {aside * 1e6:g} um aside",
-        _body('<geom type="mesh" mesh="torus"/>', tube + 1e-4, at=(aside, 0)),
+        _body('<geom type="mesh" mesh="torus"/>', tube + 1e-4, at=(aside, across)),
         force,
         assets=meshes.mjcf("torus", meshes.torus(middle, tube, *sections)),
         mirrors=mirrors,
@@ -414,6 +415,9 @@ CASES: dict[str, Case] = {
     "torus mesh, 2 um aside": _ring(3.5e-3, 1.2e-3, 0.6, aside=2e-6, mirrors="y"),
     # MuJoCo touches it at four of its corners, which are not opposite each other.
     "O-ring": _ring(5e-3, 0.5e-3, 0.5, sections=(48, 16)),
+    "O-ring across the sheet's end": _ring(7e-3, 2.5e-3, 1.0, aside=1e-3, across=0.6e-3, sections=(64, 24)),
+    "wide ring": _ring(6e-3, 2e-3, 0.5, sections=(96, 32), mirrors="xy"),
+    **{f"ring of {1e3 * force:g} mN": _ring(4e-3, 1e-3, force, mirrors="xy") for force in (0.02, 0.1, 0.5, 2.0)},
     "notched bar": _notched(),
     "two rods": _rods(2),
     "four rods": _rods(4),

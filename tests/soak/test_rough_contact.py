@@ -5,6 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
+import shapely
 from bodies_of_model import compare
 from rough_cases import CASES, load
 
@@ -72,7 +73,7 @@ def test_an_object_asleep_keeps_its_reading():
 
 
 CENTRED = [
-    "torus mesh", "notched bar", "two rods", "four rods",
+    "torus mesh", "notched bar", "two rods", "four rods", "wide ring", "ring of 100 mN",
     "two balls", "two bodies", "frame", "ball", "15 x 15 x 5 mm",
     "edge, 1.5 gf", "edge, 3 gf",
     "2 feet", "3 feet", "4 feet", "5 feet", "6 feet", "edge, 6 gf",
@@ -91,6 +92,22 @@ def test_what_is_centred_is_read_symmetrically(name):
 def test_a_ring_moved_by_two_micrometres_is_read_almost_alike():
     centred, moved = read("torus mesh"), read("torus mesh, 2 um aside")
     assert 0.0 < np.linalg.norm(moved - centred) < 0.01 * np.linalg.norm(centred)
+
+
+@pytest.mark.parametrize("fidelity", ["fast", "balanced"])
+@pytest.mark.parametrize("name", [name for name in CASES if name.startswith("ring of")])
+def test_a_ring_loads_the_pad_evenly_along_its_circle(name, fidelity):
+    """However narrow it is: a force spread evenly over a circle's line gives the same readings."""
+    model, data = load(name, fidelity=fidelity, output="von_mises")
+    mujoco.mj_forward(model, data)
+    found = data.sensor("touch").data.reshape(SHAPE)
+    line = shapely.Point(0.0, 0.0).buffer(4.05e-3, 64) - shapely.Point(0.0, 0.0).buffer(3.95e-3, 64)
+    pressure = CASES[name].force / line.area
+    influence = mjtactile.influence_matrices(mjtactile.Pad(), fidelity=fidelity)
+    even = mjtactile.SurfaceLoad.from_tractions(influence, line, lambda points, normals: -pressure * normals)
+    expected = influence.readings(even)
+    # Taxels feel the contact's width, of up to 0.2 mm, and the pad's edges draw load from the circle: 0.3 to 1.9 %.
+    assert np.linalg.norm(found - expected) <= 0.03 * np.linalg.norm(expected)
 
 
 @pytest.mark.parametrize("name", [name for name in CASES if name.startswith("grip")])
@@ -123,7 +140,8 @@ def test_an_edge_at_45_degrees_is_read_below_the_pads_modulus():
 
 
 DENSE = [
-    "ball", "torus mesh", "notched bar", "O-ring", "two rods", "four rods", "two balls", "two bodies",
+    "ball", "torus mesh", "notched bar", "O-ring", "wide ring", "O-ring across the sheet's end",
+    "two rods", "four rods", "two balls", "two bodies",
     "3 feet", "4 feet", "6 feet", "frame", "plane on a narrow pad", "edge, 1.5 gf", "edge, 3 gf",
     "edge, 6 gf", "capsule", "15 x 15 x 5 mm",
 ]  # fmt: skip
@@ -134,6 +152,8 @@ DENSE = [
 def test_readings_are_those_of_the_dense_contact(name):
     model, data = load(name, output="von_mises")
     mujoco.mj_forward(model, data)
-    found = compare(model, data, cells=1000)
+    # Rings are narrow: on 1,000 cells the dense contact itself is off by up to 13 %.
+    cells, bound = (2500, 0.06) if "ring" in name else (1000, 0.15)
+    found = compare(model, data, cells=cells)
     assert found.dense.readings.max() > 1e3
-    assert found.error <= 0.15, f"{100 * found.error:.1f} %"
+    assert found.error <= bound, f"{100 * found.error:.1f} %"
