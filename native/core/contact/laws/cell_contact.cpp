@@ -126,11 +126,13 @@ void CellContact::press(const Face& face, const ContactSurface& surface, const P
   const bool spread = solve(law, problem, body.overloads, workspace);
   if (!exact_) found_.slopes[0] = found_.slopes[1] = 0.0;
   if (!exact_ && !spread) fill_nearest(face, wrench, workspace);
-  pressed_area_ = 0.0;
+  double most = 0.0;
   for (std::size_t i = 0; i < cells; ++i) {
     found_.normal[i] = found_.pressed[i] ? std::max(found_.normal[i], 0.0) : 0.0;
-    if (found_.normal[i] > 0.0) pressed_area_ += face.areas[i];
+    most = std::max(most, found_.normal[i]);
   }
+  pressed_area_ = 0.0;
+  for (std::size_t i = 0; i < cells; ++i) pressed_area_ += found_.normal[i] > kTouches * most ? face.areas[i] : 0.0;
   measure(face, law, workspace.matrix, body.heights);
 }
 

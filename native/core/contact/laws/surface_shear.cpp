@@ -12,8 +12,6 @@ namespace {
 
 // Limit on the multiplications in factorisations for one contact, which take some milliseconds.
 constexpr double kWork = 3e7;
-// Cells that press with less than this fraction of the largest force only touch. Rounding decides whether they press.
-constexpr double kTouches = 1e-9;
 
 bool finite(const double* numbers, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {

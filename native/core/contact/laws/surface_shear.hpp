@@ -19,6 +19,9 @@
 
 namespace mjtactile {
 
+// Cells that press with less than this fraction of the largest force only touch. Rounding decides whether they press.
+constexpr double kTouches = 1e-9;
+
 // Contact cells and the normal forces on them without friction, in the pad frame.
 struct PressedCells {
   std::size_t count;
