@@ -17,7 +17,9 @@ def say(text: str) -> None:
     """Write a line to standard error, unless there is none, as in programs with windows, or nobody reads it."""
     if sys.stderr is not None:
         with suppress(OSError, ValueError):  # a broken pipe, a file that was closed
-            print(f"mjtactile: {text}", file=sys.stderr, flush=True)
+            print(f"mjtactile: {text}", file=sys.stderr)
+            with suppress(AttributeError):  # an object that can only be written to
+                sys.stderr.flush()
 
 
 def _is_terminal() -> bool:

@@ -78,13 +78,25 @@ class Broken(Written):
         raise BrokenPipeError(32, "Broken pipe")
 
 
+class OnlyWritten:
+    def __init__(self) -> None:
+        self.text = ""
+
+    def write(self, text: str) -> None:
+        self.text += text
+
+
 def closed() -> io.StringIO:
     file = io.StringIO()
     file.close()
     return file
 
 
-@pytest.mark.parametrize("stream", [None, Written(), Broken(), closed()], ids=["none", "written", "broken", "closed"])
+@pytest.mark.parametrize(
+    "stream",
+    [None, Written(), OnlyWritten(), Broken(), closed()],
+    ids=["none", "written", "only written", "broken", "closed"],
+)
 def test_work_is_done_whatever_stands_for_standard_error(stream, clock, monkeypatch, capsys):
     monkeypatch.setattr(_progress.sys, "stderr", stream)
     _progress.say("a line")
@@ -92,5 +104,5 @@ def test_work_is_done_whatever_stands_for_standard_error(stream, clock, monkeypa
         clock[0] = 60.0
         advance(1)
     assert capsys.readouterr().out == ""  # where print() writes if it is given None
-    if type(stream) is Written:
+    if type(stream) in (Written, OnlyWritten):
         assert stream.text.splitlines() == ["mjtactile: a line", "mjtactile: 50% done, about 60 s left"]
