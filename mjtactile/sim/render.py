@@ -88,11 +88,18 @@ class Renderer:
         free_left()
         self._size = width, height
         self._context = context_class(working_backend())(width, height)
-        self._context.make_current()
-        self._scene = mujoco.MjvScene(model, maxgeom=_MAXIMUM_GEOMS)
-        self._buffers = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
-        mujoco.mjr_resizeOffscreen(width, height, self._buffers)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._buffers)
+        buffers = None
+        try:
+            self._context.make_current()
+            self._scene = mujoco.MjvScene(model, maxgeom=_MAXIMUM_GEOMS)
+            self._buffers = buffers = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+            mujoco.mjr_resizeOffscreen(width, height, buffers)
+            mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, buffers)
+        except BaseException:
+            if buffers is not None:
+                buffers.free()
+            self._context.free()
+            raise
         # Garbage may be collected while another context draws, so what it leaves is freed by `free_left`.
         self._leave = weakref.finalize(self, _left.append, (self._context, self._buffers))
         self._leave.atexit = False
@@ -107,8 +114,10 @@ class Renderer:
         """Draw a state; arguments, result and errors are those of `render_scene`.
 
         Raises:
-            RenderError: the context is in use by another thread.
+            RenderError: the context is in use by another thread, or the renderer was freed.
         """
+        if not self._leave.alive:
+            raise RenderError("the renderer was freed: it draws no more pictures. Make another one.")
         try:
             self._context.make_current()
         except Exception as error:  # every backend has errors of its own
@@ -138,8 +147,11 @@ class Renderer:
 def free_left() -> None:
     """Free what renderers have left, except contexts that another thread still uses."""
     used = []
-    while _left:
-        context, buffers = _left.pop()
+    while True:
+        try:
+            context, buffers = _left.pop()
+        except IndexError:  # all are freed, perhaps by another thread
+            break
         try:
             # Buffers are freed by numbers that every context has, so in another one they would be those of others.
             context.make_current()

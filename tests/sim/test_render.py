@@ -4,6 +4,7 @@ import gc
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import mujoco
 import numpy as np
@@ -109,6 +110,36 @@ def test_a_renderer_refuses_other_threads_while_its_own_uses_it(textured):
     renderer.free()
     assert not render._left
     np.testing.assert_array_equal(render_scene(*textured[:2], width=64, height=64, camera="view"), before)
+
+
+@pytest.mark.usefixtures("drawing")
+def test_a_renderer_that_was_freed_says_so(textured):
+    renderer = Renderer(textured[0], 64, 64)
+    renderer.free()
+    with pytest.raises(RenderError, match="the renderer was freed"):
+        renderer.picture(*textured)
+
+
+@pytest.mark.parametrize("fails", ["MjvScene", "MjrContext", "mjr_resizeOffscreen"])
+def test_a_renderer_that_cannot_be_made_leaves_no_context(textured, monkeypatch, fails):
+    calls = []
+    one = SimpleNamespace(
+        make_current=lambda: None,
+        free=lambda: calls.append("context"),
+    )
+    buffers = SimpleNamespace(free=lambda: calls.append("buffers"))
+    monkeypatch.setattr(render, "working_backend", lambda: "egl")
+    monkeypatch.setattr(render, "context_class", lambda _: lambda *_: one)
+    for name in ("MjrContext", "mjr_resizeOffscreen"):
+        monkeypatch.setattr(mujoco, name, lambda *_: buffers)
+
+    def fail(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(mujoco, fails, fail)
+    with pytest.raises(KeyboardInterrupt):
+        Renderer(textured[0], 64, 64)
+    assert calls == (["buffers"] if fails == "mjr_resizeOffscreen" else []) + ["context"]
 
 
 def test_without_opengl_the_error_names_the_packages(scene, broken):
