@@ -37,6 +37,7 @@ class _After(importlib.abc.MetaPathFinder):
 
     def __init__(self, package: str, action: Callable[[], None]) -> None:
         self.package, self._action = package, action
+        self._wrapped: list[importlib.abc.Loader] = []
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
@@ -46,13 +47,15 @@ class _After(importlib.abc.MetaPathFinder):
         others = [finder for finder in sys.meta_path if finder is not self and hasattr(finder, "find_spec")]
         specs = (finder.find_spec(fullname, path, target) for finder in others)
         spec = next((found for found in specs if found is not None), None)
-        if spec is not None and spec.loader is not None:
+        # One loader may serve several modules, or the same one whenever it is asked for.
+        if spec is not None and spec.loader is not None and not any(spec.loader is one for one in self._wrapped):
+            self._wrapped.append(spec.loader)
             execute = spec.loader.exec_module
 
             def exec_module(module: ModuleType) -> None:
                 # Whether a package exists is often asked before it is imported, so the hook waits until now.
                 execute(module)
-                if self in sys.meta_path:
+                if module.__name__ == self.package and self in sys.meta_path:
                     sys.meta_path.remove(self)
                     self._action()
 

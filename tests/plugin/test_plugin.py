@@ -8,6 +8,8 @@ import sys
 import threading
 import warnings
 from importlib import import_module, invalidate_caches
+from importlib.abc import Loader
+from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -543,6 +545,33 @@ def test_a_package_whose_existence_is_asked_first_is_still_waited_for(monkeypatc
     finally:
         sys.meta_path[:] = before
         sys.modules.pop("waited_for", None)
+
+
+def test_a_loader_of_several_modules_is_wrapped_once_and_acts_for_one(monkeypatch):
+    from mjtactile.plugin.import_hook import after_import
+
+    class Finder(Loader):
+        def find_spec(self, fullname, path=None, target=None):
+            return ModuleSpec(fullname, self) if fullname in ("shared_a", "shared_b") else None
+
+        def exec_module(self, module):
+            module.executed = getattr(module, "executed", 0) + 1
+
+    finder, called = Finder(), []
+    monkeypatch.setattr(sys, "meta_path", [finder, *sys.meta_path])
+    after_import("shared_a", lambda: called.append(1))
+    try:
+        find_spec("shared_a")
+        wrapped = finder.exec_module
+        find_spec("shared_a")
+        assert finder.exec_module is wrapped
+        assert import_module("shared_b").executed == 1
+        assert not called
+        assert import_module("shared_a").executed == 1
+        assert called == [1]
+    finally:
+        for name in ("shared_a", "shared_b"):
+            sys.modules.pop(name, None)
 
 
 def test_a_mujoco_that_describes_itself_wrongly_is_refused(monkeypatch):
