@@ -34,12 +34,11 @@ class _PluginHost(ctypes.Structure):
         ("schedule", ctypes.c_void_p),
         ("deliver", _Deliver),
         ("raise", ctypes.c_void_p),
+        ("drop", ctypes.c_void_p),
     ]
 
 
 _registered = False
-#: The exception that interrupted the main thread in `_resolve`; kept alive until it is raised.
-_interruption: BaseException | None = None
 _registering = threading.Lock()
 
 
@@ -83,7 +82,6 @@ def ensure_registered() -> None:
 
 @_Resolve
 def _resolve(model: int | None, geom: int, values: Any, instance: Any) -> int:
-    global _interruption
     to = instance.contents
     try:
         from mjtactile.plugin.attributes import Attributes, fill
@@ -96,7 +94,8 @@ def _resolve(model: int | None, geom: int, values: Any, instance: Any) -> int:
         to.error = f"{PLUGIN}: {type(error).__name__}: {error}".encode()[: ERROR_SIZE - 1]
         if not isinstance(error, Exception) and threading.current_thread() is threading.main_thread():
             # Ctrl-C, for example: the core has it raised when MuJoCo returns to Python, which it does at once.
-            _interruption = error.with_traceback(None)
+            error.with_traceback(None)
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(error))  # the core drops it once it is raised
             to.exception_type, to.exception = id(type(error)), id(error)
         return 0
     return 1
@@ -128,4 +127,5 @@ _HOST = _PluginHost(
     ctypes.cast(ctypes.pythonapi.Py_AddPendingCall, ctypes.c_void_p).value,
     _deliver,
     ctypes.cast(ctypes.pythonapi.PyErr_SetObject, ctypes.c_void_p).value,
+    ctypes.cast(ctypes.pythonapi.Py_DecRef, ctypes.c_void_p).value,
 )

@@ -31,6 +31,7 @@ thread_local Interruption interruption;
 int raise_interruption(void*) {
   const Interruption raised = std::exchange(interruption, {});
   python.raise(raised.type, raised.exception);
+  python.drop(raised.exception);
   return -1;
 }
 
@@ -45,8 +46,11 @@ bool resolve(const Model* model, int instance, int geom, mjt_instance& resolved)
   }
   std::memset(&resolved, 0, sizeof resolved);
   if (python.resolve(geom < 0 ? nullptr : static_cast<const void*>(model), geom, values, &resolved) != 0) return true;
-  if (resolved.exception != nullptr && python.schedule(raise_interruption, nullptr) == 0) {
+  if (resolved.exception == nullptr) return false;
+  if (python.schedule(raise_interruption, nullptr) == 0) {
     interruption = {resolved.exception_type, resolved.exception};
+  } else {
+    python.drop(resolved.exception);
   }
   return false;
 }

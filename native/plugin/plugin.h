@@ -44,6 +44,8 @@ typedef struct mjt_plugin_host {
   int (*deliver)(void* argument);
   /* Set the exception that Python raises (PyErr_SetObject). */
   void (*raise)(void* type, void* exception);
+  /* Give back the reference to an exception (Py_DecRef). */
+  void (*drop)(void* exception);
 } mjt_plugin_host;
 
 /* Names of the attributes, in the order their values reach `resolve`. */

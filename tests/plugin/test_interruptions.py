@@ -1,9 +1,12 @@
 """Ctrl-C while tables are built, of which MuJoCo knows nothing."""
 
+import contextlib
+import gc
 import os
 import signal
 import threading
 import time
+import weakref
 from dataclasses import replace
 
 import mujoco
@@ -48,6 +51,26 @@ def test_an_interrupted_build_interrupts_what_asked_for_it(monkeypatch, work, bu
     model = spec.compile()
     assert model.nsensordata == 2 * 676
     mujoco.mj_step(model, mujoco.MjData(model))
+
+
+def test_an_interruption_is_let_go_once_it_was_raised(monkeypatch):
+    class Stopped(KeyboardInterrupt):
+        pass
+
+    made = []
+
+    def build(*_):
+        error = Stopped()
+        made.append(weakref.ref(error))
+        raise error
+
+    spec = two_pads()
+    attributes._of_pad.cache_clear()
+    monkeypatch.setattr(attributes, "influence_matrices", build)
+    with contextlib.suppress(Stopped):
+        spec.compile()
+    gc.collect()
+    assert [one() for one in made] == [None]
 
 
 def test_where_nothing_can_be_raised_in_another_thread_the_model_is_refused(monkeypatch):
