@@ -32,7 +32,7 @@ _FIELDS = (
                  "mesh_vertnum", "mesh_faceadr", "mesh_facenum", "mesh_vert", "mesh_face", "mesh_pos", "mesh_quat",
                  "hfield_nrow", "hfield_ncol", "hfield_adr", "hfield_size", "hfield_data", "pair_geom1", "pair_geom2",
                  "exclude_signature", "names", "name_geomadr", "sensor_plugin", "sensor_objtype", "sensor_objid",
-                 "sensor_adr", "sensor_dim", "plugin_stateadr")),
+                 "sensor_adr", "sensor_dim", "nplugin", "plugin_stateadr")),
     ("mjOption", ("disableflags",)),
     ("mjData", ("ncon", "contact", "xpos", "xmat", "geom_xpos", "geom_xmat", "sensordata",
                 "plugin_state")),

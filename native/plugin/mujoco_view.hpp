@@ -31,7 +31,7 @@ struct Layout {
       model_mesh_facenum, model_mesh_vert, model_mesh_face, model_mesh_pos, model_mesh_quat, model_hfield_nrow,
       model_hfield_ncol, model_hfield_adr, model_hfield_size, model_hfield_data, model_pair_geom1, model_pair_geom2,
       model_exclude_signature, model_names, model_name_geomadr, model_sensor_plugin, model_sensor_objtype,
-      model_sensor_objid, model_sensor_adr, model_sensor_dim, model_plugin_stateadr;
+      model_sensor_objid, model_sensor_adr, model_sensor_dim, model_nplugin, model_plugin_stateadr;
   std::int64_t option_disableflags;
   std::int64_t data_ncon, data_contact, data_xpos, data_xmat, data_geom_xpos, data_geom_xmat, data_sensordata,
       data_plugin_state;

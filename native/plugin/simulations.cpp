@@ -55,7 +55,9 @@ bool Simulation::compute_all(const Model* model, Data* data) {
 void Simulation::compute_one(const Model* model, Data* data, void* simulation, int, int task) {
   auto& [number, member] = *static_cast<Simulation*>(simulation)->queue_[static_cast<std::size_t>(task)];
   const auto start = std::chrono::steady_clock::now();
-  member.instance->compute(model, data, state_of(model, data, number));
+  // The simulation may be stepped with a model that has fewer instances.
+  const bool exists = number < field<int>(model, layout.model_nplugin);
+  member.instance->compute(model, data, exists ? state_of(model, data, number) : nullptr);
   member.took = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
