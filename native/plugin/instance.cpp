@@ -66,15 +66,11 @@ int output_size(int output, int taxels) {
 void Instance::prepare(const Model* model, int number) {
   number_ = number;
   settings_ = settings_of(model, number);
-  model_ = model;
   reader_.prepare(model);
 }
 
-bool Instance::fits(const Model* model) {
-  if (model != model_) fits_ = settings_of(model, number_) == settings_;
-  model_ = model;
-  return fits_;
-}
+// Compared at every step: a model that is made after another was freed may have the same address.
+bool Instance::fits(const Model* model) const { return settings_of(model, number_) == settings_; }
 
 // Write what is no number, and warn: the tables are those of another sensor.
 void Instance::refuse(const Model* model, Data* data) {

@@ -32,7 +32,7 @@ class Instance {
   // An instance of the same pad for another simulation, with its own memory.
   std::unique_ptr<Instance> another() const;
 
-  // Write the outputs. `state`: the two numbers that the plugin keeps in mjData.
+  // Write the outputs. `state`: the two numbers that the plugin keeps in mjData; unused with a model that does not fit.
   void compute(const Model* model, Data* data, const double* state);
   // Bring the state to the end of the step. It stays as it is if the pad was not read since the last step.
   void advance(double* state);
@@ -43,7 +43,7 @@ class Instance {
  private:
   double* write(int output, double* to);
   // Whether the settings are those of a model with which the simulation is stepped.
-  bool fits(const Model* model);
+  bool fits(const Model* model) const;
   void refuse(const Model* model, Data* data);
 
   mjt_instance resolved_;
@@ -51,9 +51,7 @@ class Instance {
   Reader reader_;
   bool needs_stress_ = true;  // false if only the contact wrench is wanted
   int number_ = -1;
-  std::string settings_;            // in the model that the simulation was made for
-  const Model* model_ = nullptr;    // with which it was stepped last
-  bool fits_ = true;                // whether that one has the same settings
+  std::string settings_;      // in the model that the simulation was made for
   bool computed_ = false;     // whether outputs were written since the state was brought to the end of a step
   // The readings that a heat map shows: their address in sensordata, or they themselves if they are no output.
   int shown_ = -1;

@@ -15,6 +15,9 @@ namespace {
 // Geoms whose names have this ending press instead of those that collide.
 constexpr std::string_view kShown = "_tactile";
 
+// Number of vertices and of faces of a mesh that are compared at every step.
+constexpr std::size_t kSampled = 16;
+
 // A mesh with its flat facets. Pads of this process share it, as long as some body uses it.
 struct SharedMesh {
   TriangleMesh mesh;
@@ -66,6 +69,17 @@ struct Mesh {
                std::ptrdiff_t{3} * ints(model, layout.model_mesh_vertadr)[number]),
         face(ints(model, layout.model_mesh_face) +
              std::ptrdiff_t{3} * ints(model, layout.model_mesh_faceadr)[number]) {}
+
+  // Fingerprint of where the mesh is in memory, its size, and some of its vertices and faces.
+  std::uint64_t sample() const {
+    std::uint64_t made = mixed(mixed(3, &vertex, sizeof vertex), &face, sizeof face);
+    made = mixed(mixed(made, vertices), count);
+    for (std::size_t i = 0; i < kSampled; ++i) {
+      if (vertices > 0) made = mixed(made, vertex + 3 * (i * (vertices - 1) / (kSampled - 1)), 3 * sizeof(float));
+      if (count > 0) made = mixed(made, face + 3 * (i * (count - 1) / (kSampled - 1)), 3 * sizeof(int));
+    }
+    return made;
+  }
 };
 
 // Position [m] and unit quaternion of something.
@@ -194,8 +208,6 @@ bool can_be_seen(const Model* model, int geom) {
 }
 
 std::shared_ptr<BodyGeometry> ModelGeometry::body(const Model* model, const std::vector<int>& links, int pad_geom) {
-  if (model != model_) meshes_.clear();
-  model_ = model;
   geoms_.clear();
   for (const int link : links) choose(model, link, links.front(), pad_geom);
   Known& known = known_[links];
@@ -252,12 +264,14 @@ ModelGeometry::Geom ModelGeometry::describe(const Model* model, int geom) {
     const HeightField of(model, made.data);
     made.contents = mixed(mixed(1, of.data, sizeof(float) * of.rows * of.columns), of.size, 4 * sizeof(double));
   } else if (made.kind == kMesh || made.kind == kSdf) {
-    const auto [at, is_new] = meshes_.try_emplace(made.data);
-    if (is_new) {
-      const Mesh of(model, made.data);
-      at->second = mixed(mixed(2, of.vertex, 3 * sizeof(float) * of.vertices), of.face, 3 * sizeof(int) * of.count);
+    const Mesh of(model, made.data);
+    Fingerprint& known = meshes_[made.data];
+    const std::uint64_t sample = of.sample();
+    if (known.model != model || known.sample != sample) {
+      known = {model, sample,
+               mixed(mixed(2, of.vertex, 3 * sizeof(float) * of.vertices), of.face, 3 * sizeof(int) * of.count)};
     }
-    made.contents = at->second;
+    made.contents = known.contents;
   }
   return made;
 }

@@ -51,9 +51,13 @@ class ModelGeometry {
   SideLimits limits_;
   std::map<std::vector<int>, Known> known_;
   std::vector<Geom> geoms_;   // the pressing geoms of the last body
-  // Fingerprints of meshes by number, of the model that was read last: a simulation may be stepped with several.
-  std::map<int, std::uint64_t> meshes_;
-  const Model* model_ = nullptr;
+  // Fingerprint of a mesh of the model that was read last: a simulation may be stepped with several. A model that is
+  // made after another was freed may have the same address, and its arrays, too, so a sample of the mesh tells it.
+  struct Fingerprint {
+    const Model* model = nullptr;
+    std::uint64_t sample = 0, contents = 0;
+  };
+  std::map<int, Fingerprint> meshes_;   // by number
 };
 
 // Whether two geoms may collide: by their bits, unless their bodies are kept apart, or as an explicit pair.

@@ -106,6 +106,34 @@ def test_a_rollout_of_models_with_different_meshes_reads_each_with_its_own():
     np.testing.assert_array_equal(rolled_out(models), expected)
 
 
+def test_models_that_take_the_memory_of_freed_ones_read_with_their_own_meshes():
+    expected = {width: alone(pressed_by_a_mesh(width)) for width in (8e-3, 7e-3)}
+    model = pressed_by_a_mesh(8e-3)
+    data = mujoco.MjData(model)
+    for width in (8e-3, 7e-3, 8e-3):
+        other = pressed_by_a_mesh(width)
+        for name in dir(model):  # as if it had been made at the address of the one before
+            if isinstance(array := getattr(model, name), np.ndarray) and array.flags.writeable:
+                array[...] = getattr(other, name)
+        mujoco.mj_resetData(model, data)
+        mujoco.mj_step(model, data, 50)
+        np.testing.assert_array_equal(data.sensordata, expected[width])
+
+
+@pytest.mark.skipif(not hasattr(mujoco, "mju_threadpool"), reason="this MuJoCo has no pool of threads")
+def test_a_model_with_fewer_sensors_is_told_of_where_threads_press():
+    spec = mujoco.MjSpec.from_string('<mujoco><worldbody><body name="finger"/></worldbody></mujoco>')
+    mjtactile.attach_pad(spec, body="finger", name="first", fidelity="fast")
+    one = spec.compile()
+    mjtactile.attach_pad(spec, body="finger", name="second", pos=(0.1, 0.0, 0.0), fidelity="fast")
+    two = spec.compile()
+    data = mujoco.MjData(two)
+    mujoco.mju_threadpool(data, 2)
+    with pytest.warns(ContactWarning, match="pad 'second_pad': its readings are NaN"):
+        mujoco.mj_forward(one, data)
+    assert np.isfinite(data.sensordata[: one.nsensordata]).all()
+
+
 @pytest.mark.parametrize("other", [{"law": "uniform"}, {"fidelity": "balanced"}, {"first": 1}])
 def test_a_rollout_of_models_whose_sensors_differ_is_no_number_and_says_so(other):
     models = [pressed_by_a_mesh(8e-3), pressed_by_a_mesh(8e-3, **other), pressed_by_a_mesh(8e-3)]
