@@ -7,7 +7,7 @@ read until the caller calls `mj_forward` or `mj_step`, and MuJoCo presses with `
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -222,6 +222,20 @@ def _ring(
     )
 
 
+def _bars(bars: Sequence[tuple[float, float, float, float]], *, aside: float = 0.0) -> Case:
+    """A rigid figure of round bars [mm] that lie along the pad's axes, so that lines of cells run along them."""
+    capsules = "".join(
+        f'<geom type="capsule" size=".0008" fromto="{1e-3 * x0:g} {1e-3 * y0:g} 0 {1e-3 * x1:g} {1e-3 * y1:g} 0"/>'
+        for x0, y0, x1, y1 in bars
+    )
+    where = f"a figure of {len(bars)} round bars, {aside * 1e9:g} nm aside"
+    return Case(where, _body(capsules, 9e-4, at=(aside, 0)), 0.1, mirrors="x")
+
+
+_CROSS = ((-4, 0, 4, 0), (0, -4, 0, 4))
+_HASH = ((-5, 1.5, 5, 1.5), (-5, -1.5, 5, -1.5), (1.5, -5, 1.5, 5), (-1.5, -5, -1.5, 5))
+
+
 def _edge(grams: float) -> Case:
     edge = '<geom type="box" size=".003 .003 .003"/>'
     height = 3e-3 * np.sqrt(2) + 1e-4
@@ -416,6 +430,10 @@ CASES: dict[str, Case] = {
     # MuJoCo touches it at four of its corners, which are not opposite each other.
     "O-ring": _ring(5e-3, 0.5e-3, 0.5, sections=(48, 16)),
     "O-ring across the sheet's end": _ring(7e-3, 2.5e-3, 1.0, aside=1e-3, across=0.6e-3, sections=(64, 24)),
+    "cross of bars": _bars(_CROSS),
+    "cross of bars, 1 nm aside": _bars(_CROSS, aside=1e-9),
+    "hash of bars": _bars(_HASH),
+    "hash of bars, 1 nm aside": _bars(_HASH, aside=1e-9),
     "wide ring": _ring(6e-3, 2e-3, 0.5, sections=(96, 32), mirrors="xy"),
     **{f"ring of {1e3 * force:g} mN": _ring(4e-3, 1e-3, force, mirrors="xy") for force in (0.02, 0.1, 0.5, 2.0)},
     "notched bar": _notched(),

@@ -74,6 +74,7 @@ def test_an_object_asleep_keeps_its_reading():
 
 CENTRED = [
     "torus mesh", "notched bar", "two rods", "four rods", "wide ring", "ring of 100 mN",
+    "cross of bars", "hash of bars",
     "two balls", "two bodies", "frame", "ball", "15 x 15 x 5 mm",
     "edge, 1.5 gf", "edge, 3 gf",
     "2 feet", "3 feet", "4 feet", "5 feet", "6 feet", "edge, 6 gf",
@@ -92,6 +93,13 @@ def test_what_is_centred_is_read_symmetrically(name):
 def test_a_ring_moved_by_two_micrometres_is_read_almost_alike():
     centred, moved = read("torus mesh"), read("torus mesh, 2 um aside")
     assert 0.0 < np.linalg.norm(moved - centred) < 0.01 * np.linalg.norm(centred)
+
+
+@pytest.mark.parametrize("name", ["cross of bars", "hash of bars"])
+def test_rounding_does_not_decide_where_bars_along_lines_of_cells_touch(name):
+    still, moved = read(name), read(f"{name}, 1 nm aside")
+    assert still.max() > 1e3
+    np.testing.assert_allclose(moved, still, atol=1e-4 * still.max())
 
 
 @pytest.mark.parametrize("fidelity", ["fast", "balanced"])

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "linalg/angles.hpp"
 #include "linalg/kernels.hpp"
 
 namespace mjtactile {
@@ -44,11 +45,12 @@ constexpr double kSliver = 0.2, kFlank = 3.0;
 constexpr double kLevelling = 1e-6, kSteepest = 10.0;
 // Contacts are searched for along ridges if these are at least this long, over the length of the spots that were found,
 // and if kMostlyNarrow of this length is of parts narrower than kNarrowPart, over the length of the region about them.
-constexpr double kLongRidges = 0.6, kMostlyNarrow = 0.5, kNarrowPart = 0.2;
+// The lengths are estimates, each off by a factor of 1.3 at most. No value is a ratio that counts of samples have.
+constexpr double kLongRidges = 0.603, kMostlyNarrow = 0.503, kNarrowPart = 0.203;
 // Ridges' heights are found up to this share of the level that these spots would need.
 constexpr double kRidgeTolerance = 0.1;
 // Perimeter of a circle over that of its staircase outline on a grid, pi / 4.
-constexpr double kRound = 0.78539816339744830962;
+constexpr double kRound = kHalfTurn / 4;
 
 bool is_outside(const Point& at, const std::vector<Region>& regions) {
   return std::none_of(regions.begin(), regions.end(), [&](const Region& one) { return one.holds(at); });
@@ -411,7 +413,7 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
     spots_.push_back({region, area, kRound * below.perimeter / 2});
   }
   follow_ridges(map, plane, load);
-  add_strips(map, plane, spots_.empty() ? 0.0 : kSliver * load.narrowest);
+  add_rim_strips(map, plane, spots_.empty() ? 0.0 : kSliver * load.narrowest);
   return spots_;
 }
 
@@ -438,14 +440,17 @@ void ContactSearch::follow_ridges(const HeightMap& map, const Plane& plane, cons
   double length = 0.0;
   for (const Spot& spot : spots_) length += spot.length;
   if (!find_ridges(map, plane, load, length)) return;
-  const double product = load.force / load.modulus, deepest = ridges_.count_from_lowest();
-  const double level = ridges_.level_for(product), gathered = std::max(level, load.reach - deepest);
+  const double product = load.force / load.modulus, deepest = std::min(ridges_.lowest(), 0.0);
+  ridges_.count_from(deepest);
+  const double end = load.end - deepest, level = std::min(ridges_.level_for(product), end);
+  const double gathered = std::min(std::max(level, load.reach - deepest), end);
   const double strip = product / ridges_.length_below(gathered);
-  const auto& stretches = ridges_.connect(gathered, kNear * spacing_, strip);
-  if (stretches.size() > kMostParts) return;
+  ridges_.connect(gathered, kNear * spacing_, strip);
+  if (ridges_.count() > kMostParts) return;
   double all = 0.0, narrow = 0.0, area = 0.0;
   along_ridges_.clear();
-  for (const Ridges::Stretch& one : stretches) {
+  for (std::size_t k = 0; k < ridges_.count(); ++k) {
+    const Ridges::Stretch& one = ridges_.stretch(k);
     const double sides[2] = {one.width(), one.width()};
     along_ridges_.push_back({region_about(one.points, sides, 0.0, map), one.area, one.length});
     all += one.length, area += one.area;
@@ -455,7 +460,7 @@ void ContactSearch::follow_ridges(const HeightMap& map, const Plane& plane, cons
   spots_ = along_ridges_;
   // Heights count from the lowest point.
   lowest_ += deepest;
-  level_ = loaded_ = std::min(level, load.end);
+  level_ = loaded_ = level;
   reached_ = gathered;
   strip_ = strip;
 }
@@ -466,7 +471,7 @@ bool ContactSearch::has_more_ridges(double height) const {
 
 // Add strips along the sheet's rim that are below the level and too narrow for the grids. Flanks that are narrower than
 // `sliver` are left out.
-void ContactSearch::add_strips(const HeightMap& map, const Plane& plane, double sliver) {
+void ContactSearch::add_rim_strips(const HeightMap& map, const Plane& plane, double sliver) {
   const std::size_t parts = spots_.size();
   const auto beside_part = [&](const Point& at) {
     return std::any_of(spots_.begin(), spots_.begin() + static_cast<std::ptrdiff_t>(parts), [&](const Spot& spot) {
@@ -485,16 +490,17 @@ void ContactSearch::add_strips(const HeightMap& map, const Plane& plane, double 
       while (last + 1 < kLines && below(last + 1)) ++last;
       const auto begin = side.points.begin() + static_cast<std::ptrdiff_t>(first);
       if (std::any_of(begin, begin + static_cast<std::ptrdiff_t>(last - first + 1), beside_part)) continue;
-      deepest = std::min(deepest, add_strip(map, plane, side, first, last, sliver));
+      deepest = std::min(deepest, add_rim_strip(map, plane, side, first, last, sliver));
     }
   }
   // Heights count from the lowest point.
   lowest_ += deepest;
   level_ -= deepest, loaded_ -= deepest, reached_ -= deepest;
+  ridges_.count_from(deepest);
 }
 
 // Add the strip between two samples of a side. Returns the least height of its samples.
-double ContactSearch::add_strip(const HeightMap& map, const Plane& plane, const RimSide& side, std::size_t first,
+double ContactSearch::add_rim_strip(const HeightMap& map, const Plane& plane, const RimSide& side, std::size_t first,
                                 std::size_t last, double sliver) {
   const bool along_y = side.inward.x != 0.0;
   const double length = step_[along_y ? 1 : 0] * static_cast<double>(last - first + 1);

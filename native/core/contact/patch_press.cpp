@@ -5,11 +5,10 @@
 #include <utility>
 
 #include "contact/height_power.hpp"
+#include "linalg/angles.hpp"
 
 namespace mjtactile {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 // Looks. A look finds the spots that may touch as one plane sees the body, lays cells on them and presses them.
 constexpr int kLooks = 6;                // largest number of looks at one contact
@@ -291,7 +290,7 @@ SearchLoad PatchPress::load_of(const double* wrench, const ContactSurface& surfa
   SearchLoad load;
   load.force = -wrench[2];
   load.through = centre_of_pressure(wrench);
-  load.modulus = 1.0 / (kPi * surface.compliance.factor());
+  load.modulus = 1.0 / (kHalfTurn * surface.compliance.factor());
   load.least_area = surface.options.strength > 0.0 ? kSpareArea * load.force / surface.options.strength : 0.0;
   load.narrowest = surface.options.narrowest;
   load.follows = surface.options.law->couples();

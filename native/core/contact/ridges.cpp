@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "linalg/angles.hpp"
+
 namespace mjtactile {
 namespace {
 
-constexpr double kCrofton = 0.78539816339744830962;   // pi / 4
+constexpr double kCrofton = kHalfTurn / 4;   // pi / 4
+// Largest number of crossings. A ring has some 130; each takes up to 18 heights.
+constexpr std::size_t kMostCrossings = 512;
 
 }  // namespace
 
@@ -37,6 +41,10 @@ void Ridges::find(const HeightWindow& view, const Grid& grid, double tolerance) 
                     {axis == 0 ? point(0.0, across) : point(across, 0.0), step, lines,
                      over_.data() + line * (axis == 0 ? lines : 1), axis == 0 ? 1 : lines, end(0), end(1), true},
                     tolerance, crossings_);
+      if (crossings_.size() > kMostCrossings) {
+        crossings_.clear(), points_.clear();
+        return;
+      }
       while (points_.size() < crossings_.size()) {
         const RidgeCrossing& one = crossings_[points_.size()];
         points_.push_back({one.at, one.height + view.highest, steps[1 - axis], steps[axis], points_.size()});
@@ -47,20 +55,23 @@ void Ridges::find(const HeightWindow& view, const Grid& grid, double tolerance) 
 
 double Ridges::length_below(double height) const {
   double sum = 0.0;
-  for (const Crossing& one : points_) sum += one.height <= height ? kCrofton * one.spacing : 0.0;
+  for (const RidgePoint& one : points_) sum += one.height <= height ? kCrofton * one.spacing : 0.0;
   return sum;
 }
 
-double Ridges::count_from_lowest() {
-  double least = 0.0;
-  for (const Crossing& one : points_) least = std::min(least, one.height);
-  for (Crossing& one : points_) one.height -= least;
+double Ridges::lowest() const {
+  double least = kNowhere;
+  for (const RidgePoint& one : points_) least = std::min(least, one.height);
   return least;
+}
+
+void Ridges::count_from(double height) {
+  for (RidgePoint& one : points_) one.height -= height;
 }
 
 double Ridges::level_for(double product) {
   std::sort(points_.begin(), points_.end(),
-            [](const Crossing& one, const Crossing& other) { return one.height < other.height; });
+            [](const RidgePoint& one, const RidgePoint& other) { return one.height < other.height; });
   double length = 0.0, level = 0.0;
   for (std::size_t k = 0; k < points_.size(); ++k) {
     length += kCrofton * points_[k].spacing;
@@ -70,7 +81,15 @@ double Ridges::level_for(double product) {
   return level;
 }
 
-const std::vector<Ridges::Stretch>& Ridges::connect(double height, double near, double level) {
+Ridges::Stretch& Ridges::next_stretch() {
+  if (count_ == stretches_.size()) stretches_.emplace_back();
+  Stretch& stretch = stretches_[count_++];
+  stretch.points.clear();
+  stretch.area = stretch.length = stretch.narrow = 0.0;
+  return stretch;
+}
+
+void Ridges::connect(double height, double near, double level) {
   const std::size_t count = points_.size();
   sets_.reset(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -80,13 +99,13 @@ const std::vector<Ridges::Stretch>& Ridges::connect(double height, double near, 
       if (std::max(std::abs(one.x - other.x), std::abs(one.y - other.y)) < near) sets_.join(i, j);
     }
   }
-  stretches_.clear();
+  count_ = 0;
   numbers_.assign(count, count);
   for (std::size_t i = 0; i < count; ++i) {
-    const Crossing& point = points_[i];
+    const RidgePoint& point = points_[i];
     if (point.height > height) continue;
     std::size_t& number = numbers_[sets_.root(i)];
-    if (number == count) number = stretches_.size(), stretches_.push_back({{}, 0.0, 0.0, 0.0});
+    if (number == count) number = count_, next_stretch();
     Stretch& stretch = stretches_[number];
     stretch.points.push_back(point.at);
     stretch.length += kCrofton * point.spacing;
@@ -96,7 +115,6 @@ const std::vector<Ridges::Stretch>& Ridges::connect(double height, double near, 
     stretch.area += point.spacing * width / 2;
     if (crossing.is_narrow(level)) stretch.narrow += kCrofton * point.spacing;
   }
-  return stretches_;
 }
 
 }  // namespace mjtactile

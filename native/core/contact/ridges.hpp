@@ -35,31 +35,38 @@ class Ridges {
     double width() const { return area / length; }
   };
 
-  // Find the ridges up to the view's limit. Heights are found up to `tolerance` [m].
+  // Find the ridges up to the view's limit. Heights are found up to `tolerance` [m]. None are found if the body is so
+  // rough that there would be very many.
   void find(const HeightWindow& view, const Grid& grid, double tolerance);
   // Length of the ridges below a height [m].
   double length_below(double height) const;
-  // Count heights from the lowest point of all ridges if it is below the view's lowest point. Returns its height there,
-  // 0 if it is not below [m].
-  double count_from_lowest();
+  // Height of their lowest point above the view's lowest [m]; infinite if there are none.
+  double lowest() const;
+  // Count heights from a point at this height [m].
+  void count_from(double height);
   // The least height l for which l times the length of the ridges below l is `product` [m^2].
   double level_for(double product);
   // Connect points up to a height that are closer than `near` along x and y [m]. A stretch's area is that up to `level`
   // above it.
-  const std::vector<Stretch>& connect(double height, double near, double level);
+  void connect(double height, double near, double level);
+  // The stretches that were connected.
+  std::size_t count() const { return count_; }
+  const Stretch& stretch(std::size_t number) const { return stretches_[number]; }
 
  private:
-  struct Crossing {
+  struct RidgePoint {         // where a line crosses a ridge
     Point at;
     double height, spacing;   // above the view's lowest point; of the parallel lines [m]
     double step;              // along the line [m]
     std::size_t number;       // in crossings_
   };
+  Stretch& next_stretch();
 
   std::vector<double> over_;   // the grid's heights above the limit
   std::vector<RidgeCrossing> crossings_;
-  std::vector<Crossing> points_;
-  std::vector<Stretch> stretches_;
+  std::vector<RidgePoint> points_;
+  std::vector<Stretch> stretches_;   // only the first `count_` count, so that the others keep their memory
+  std::size_t count_ = 0;
   std::vector<std::size_t> numbers_;
   DisjointSets<std::size_t> sets_;
 };

@@ -31,9 +31,10 @@ constexpr double kTooFew = 0.85;         // smaller cells are laid if there are 
 constexpr double kLeastFiner = 0.25;     // with at least this share of their area
 constexpr double kNearly = 1.1;          // symmetric bodies may have this many cells, over the largest number
 constexpr double kLeastCoarser = 1.25;   // least factor by which cells grow if there are too many,
-constexpr double kNarrowStrip = 3.0;     // a strip up to this many cells wide is narrow, and its cells are made
-constexpr double kStripCell = 1.3;       // this long and wide, over its width
 constexpr int kRounds = 10;              // and largest number of times
+// Strips along ridges.
+constexpr double kNarrowStrip = 3.0;     // a strip up to this many cells wide is narrow: its cells are made as wide,
+constexpr double kStripCell = 1.3;       // times this, so that a slanted strip is within them, too
 constexpr double kMostSamples = 32.0;    // largest number of heights computed per cell
 
 // Centre a region on a point, if it is within a cell of the region's middle. The point is the middle of a symmetric
@@ -82,7 +83,7 @@ void SpotLattices::lay(const Look& look, SampledLattices& lattices) {
     for (std::size_t k = 0; k < look.spots.size(); ++k) {
       const Lattice lattice = lattice_over(look, k, number.wanted, coarser);
       if (look.strip > 0.0 && look.spots[k].is_open()) {
-        lattices.add_strips(lattice, look.seen, {regions_, k}, look.strip);
+        lattices.add_along_ridges(lattice, look.seen, {regions_, k}, look.strip);
       } else {
         lattices.add(lattice, look.seen, {regions_, k});
       }

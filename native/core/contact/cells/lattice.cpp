@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "linalg/angles.hpp"
+
 namespace mjtactile {
 namespace {
 
-constexpr double kQuarter = 1.57079632679489661923;
 constexpr double kLongest = 5.0;
 // Largest rounding error of a number of cells that should be whole.
 constexpr double kMostRounding = 1e-9;
@@ -33,7 +34,7 @@ void Region::include(const Point& at) {
 double Region::away(const Point& at) const { return std::hypot(at.x - centre.x, at.y - centre.y); }
 
 Region Region::lengthwise() const {
-  return width >= height ? *this : Region{centre, angle + kQuarter, height, width};
+  return width >= height ? *this : Region{centre, angle + kRightAngle, height, width};
 }
 
 double Region::stretch() const {

@@ -19,7 +19,6 @@ class CrossingSearch {
       if (std::max(heights[0], heights[2]) - heights[1] < tolerance) break;
       const double left = (places[0] + places[1]) / 2, right = (places[1] + places[2]) / 2;
       const double before = height(left), after = height(right);
-      // Both sides are treated alike, so that the mirrored body has the mirrored crossing.
       if (std::min(before, after) >= heights[1]) {
         keep(left, before), keep(right, after);
         places = {left, places[1], right}, heights = {before, heights[1], after};
@@ -43,9 +42,10 @@ class CrossingSearch {
 
   RidgeCrossing crossing;
 
+  double height(double place) const { return view_.height(at(place)) - view_.highest; }
+
  private:
   Point at(double place) const { return {line_.start.x + place * line_.step.x, line_.start.y + place * line_.step.y}; }
-  double height(double place) const { return view_.height(at(place)) - view_.highest; }
   void keep(double place, double height) { crossing.samples_[crossing.count_++] = {place, height}; }
 
   const HeightWindow& view_;
@@ -58,25 +58,32 @@ void add_crossings(const HeightWindow& view, const SampledLine& line, double tol
     CrossingSearch found(view, line);
     if (found.halve(places, heights, tolerance)) to.push_back(found.crossing);
   };
-  const double last_place = static_cast<double>(line.count) - 1.0;
-  const double last_height = line.heights[(line.count - 1) * line.stride];
-  if (line.cut_off && std::isfinite(line.before) && line.before <= std::min(line.heights[0], 0.0)) {
-    search({-1.0, -0.5, 0.0}, {kNowhere, line.before, line.heights[0]});
+  const auto height = [&](std::size_t k) { return line.heights[k * line.stride]; };
+  const std::size_t end = line.count - 1;
+  const auto beyond = static_cast<double>(end) + 0.5;
+  if (line.cut_off && std::isfinite(line.before) && line.before <= std::min(height(0), 0.0)) {
+    search({-1.0, -0.5, 0.0}, {kNowhere, line.before, height(0)});
   }
-  if (line.cut_off && std::isfinite(line.after) && line.after <= std::min(last_height, 0.0)) {
-    search({last_place, last_place + 0.5, last_place + 1.0}, {last_height, line.after, kNowhere});
+  if (line.cut_off && std::isfinite(line.after) && line.after <= std::min(height(end), 0.0)) {
+    search({beyond - 0.5, beyond, beyond + 0.5}, {height(end), line.after, kNowhere});
   }
-  for (std::size_t k = 0; k < line.count; ++k) {
-    const bool first = k == 0, last = k + 1 == line.count;
-    const double* const own = line.heights + k * line.stride;
-    const double before = first ? line.before : *(own - line.stride), after = last ? line.after : own[line.stride];
-    // Of two equal samples, the first one counts.
-    if (!(*own < before && *own <= after)) continue;
+  for (std::size_t first = 0, last = 0; first < line.count; first = last + 1) {
+    // Samples that differ by less than the tolerance belong together, so that rounding does not decide.
+    last = first;
+    while (last + 1 < line.count && std::abs(height(last + 1) - height(last)) <= tolerance) ++last;
+    // A line of three or more lies along a ridge, and does not cross it.
+    if (last > first + 1 || !std::isfinite(height(first))) continue;
+    const double before = first == 0 ? line.before : height(first - 1);
+    const double after = last + 1 == line.count ? line.after : height(last + 1);
+    const double least = std::min(height(first), height(last)), most = std::max(height(first), height(last));
+    if (!(most < before && most < after)) continue;
     // A convex curve is above the continuations of its chords.
-    const double rise = std::max((first ? 2.0 : 1.0) * (before - *own), (last ? 2.0 : 1.0) * (after - *own));
-    if (*own - rise > 0.0) continue;
-    const auto place = static_cast<double>(k);
-    search({place - (first ? 0.5 : 1.0), place, place + (last ? 0.5 : 1.0)}, {before, *own, after});
+    const double from = first == 0 ? 0.5 : 1.0, until = last + 1 == line.count ? 0.5 : 1.0;
+    if (least - std::max((before - least) / from, (after - least) / until) > 0.0) continue;
+    const auto start = static_cast<double>(first), stop = static_cast<double>(last);
+    const double middle = (start + stop) / 2;
+    const double between = last > first ? CrossingSearch(view, line).height(middle) : least;
+    search({start - from, middle, stop + until}, {before, between, after});
   }
 }
 

@@ -19,7 +19,7 @@ struct SampledLine {
   std::size_t count;
   const double* heights;      // the first height
   std::size_t stride;         // from one height to the next
-  double before, after;       // heights half a step beyond the ends; kUnknown if the line has no crossing there
+  double before, after;       // heights half a step beyond the ends; kUnknown if the outermost samples are no crossings
   bool cut_off;               // whether the sheet ends there, so that the body may press with its flank
 
   static constexpr double kUnknown = -kNowhere;
@@ -27,9 +27,9 @@ struct SampledLine {
 
 class RidgeCrossing {
  public:
-  Point at;
-  double place;     // along the line, in steps from its first sample
-  double height;    // above the view's limit [m]
+  Point at = {0.0, 0.0};
+  double place = 0.0;     // along the line, in steps from its first sample
+  double height = 0.0;    // above the view's limit [m]
 
   // Distance along the line from the crossing to where the body is higher by `level` [m], in steps: toward the line's
   // end if `sign` is 1, toward its start if it is -1.
@@ -41,7 +41,7 @@ class RidgeCrossing {
   friend class CrossingSearch;
   static constexpr int kHalvings = 9;
   struct Sample {
-    double away, higher;   // from the crossing, in steps; above it [m]
+    double away = 0.0, higher = 0.0;   // from the crossing, in steps; above it [m]
   };
   std::array<Sample, 2 * kHalvings + 2> samples_;   // the first two are the samples on both sides
   std::size_t count_ = 0;

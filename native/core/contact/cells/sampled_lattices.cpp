@@ -118,7 +118,7 @@ void SampledLattices::add(Lattice lattice, const HeightWindow& view, const Terri
   }
 }
 
-void SampledLattices::add_strips(const Lattice& lattice, const HeightWindow& view, const Territory& territory,
+void SampledLattices::add_along_ridges(const Lattice& lattice, const HeightWindow& view, const Territory& territory,
                                  double strip) {
   append(lattice);
   sample_all(view);

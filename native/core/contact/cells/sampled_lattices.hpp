@@ -39,7 +39,7 @@ class SampledLattices {
   void add(Lattice lattice, const HeightWindow& view, const Territory& territory);
   // Add a lattice whose cells follow the ridges of the body. Those count that a strip along a ridge meets, in which the
   // body is less than `strip` higher than on the ridge [m].
-  void add_strips(const Lattice& lattice, const HeightWindow& view, const Territory& territory, double strip);
+  void add_along_ridges(const Lattice& lattice, const HeightWindow& view, const Territory& territory, double strip);
   // Whether the cells of a lattice follow ridges; then no cell counts as a whole.
   bool follows_ridges(std::size_t lattice) const { return first_lines_[lattice] != kNoLines; }
   // The parts of lines across a cell of such a lattice that lie on strips.
