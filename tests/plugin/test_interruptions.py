@@ -20,6 +20,14 @@ from mjtactile.plugin import attributes
 OWN = replace(as_fidelity("fast"), cells=21)
 
 
+@pytest.fixture(autouse=True)
+def interruptible():
+    """Ctrl-C interrupts Python, also where the tests were started with it ignored, as in a shell's background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def two_pads() -> mujoco.MjSpec:
     spec = mujoco.MjSpec.from_string('<mujoco><worldbody><body name="finger"/></worldbody></mujoco>')
     mjtactile.attach_pad(spec, body="finger", name="first", fidelity="fast")
