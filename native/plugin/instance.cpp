@@ -66,11 +66,19 @@ int output_size(int output, int taxels) {
 void Instance::prepare(const Model* model, int number) {
   number_ = number;
   settings_ = settings_of(model, number);
+  fitting_ = model;
+  fitting_addresses_ = ints(model, layout.model_sensor_adr);
   reader_.prepare(model);
 }
 
-// Compared at every step: a model that is made after another was freed may have the same address.
-bool Instance::fits(const Model* model) const { return settings_of(model, number_) == settings_; }
+// A model that is made after another was freed may have its address, but hardly those of its arrays as well.
+bool Instance::fits(const Model* model) {
+  const int* const addresses = ints(model, layout.model_sensor_adr);
+  if (model == fitting_ && addresses == fitting_addresses_) return true;
+  if (settings_of(model, number_) != settings_) return false;
+  fitting_ = model, fitting_addresses_ = addresses;
+  return true;
+}
 
 // Write what is no number, and warn: the tables are those of another sensor.
 void Instance::refuse(const Model* model, Data* data) {

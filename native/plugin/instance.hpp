@@ -43,7 +43,7 @@ class Instance {
  private:
   double* write(int output, double* to);
   // Whether the settings are those of a model with which the simulation is stepped.
-  bool fits(const Model* model) const;
+  bool fits(const Model* model);
   void refuse(const Model* model, Data* data);
 
   mjt_instance resolved_;
@@ -52,6 +52,8 @@ class Instance {
   bool needs_stress_ = true;  // false if only the contact wrench is wanted
   int number_ = -1;
   std::string settings_;      // in the model that the simulation was made for
+  const Model* fitting_ = nullptr;              // the last model that had these settings,
+  const int* fitting_addresses_ = nullptr;      // and where its sensors' addresses are
   bool computed_ = false;     // whether outputs were written since the state was brought to the end of a step
   // The readings that a heat map shows: their address in sensordata, or they themselves if they are no output.
   int shown_ = -1;

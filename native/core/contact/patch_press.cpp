@@ -73,6 +73,7 @@ constexpr double kManyAtRim = 300.0;     // largest number of cells if they are 
 
 // Tilts.
 constexpr double kSmallTilt = 0.2;       // lift of the contact, over the level, up to which a tilt needs no other look
+constexpr double kSmallTiltOfStrips = 0.4;   // the same for cells along ridges, which stay where they are as a body tilts
 constexpr double kLeastShare = 0.5;      // least share of a tilt that is taken in a view of all parts that touch
 constexpr double kMostTilt = 2.0;        // largest lift that one look adds, over the level
 constexpr double kNarrow = 1.5;          // largest width along the tilt, over the narrowest cells, at which the tilt is
@@ -681,7 +682,8 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
   const double leans = std::hypot(slopes[0], slopes[1]);
   const bool narrow = carries && lift <= kNarrow * options.narrowest * leans;
   const bool touches = carries && next.share < 1.0;
-  const bool tilted = touches || (lift > kSmallTilt * depth && !narrow);
+  const double small = search_.follows_ridges() ? kSmallTiltOfStrips : kSmallTilt;
+  const bool tilted = touches || (lift > small * depth && !narrow);
   const LaidLower tilting = laid_.contact.linear() ? kLaidLowerFree : kLaidLowerTilting;
   const LaidLower bound = options.tilting ? tilting : kLaidLower;
   const bool few = static_cast<double>(pressed) < bound.pressed * static_cast<double>(laid_.heights.size());

@@ -23,7 +23,8 @@ constexpr double kMostCompact = 1.5;     // a compact spot gets at most this man
                                          // kMoreCells more: its cells are much alike, and others add little
 constexpr double kCheap = 2.0;           // factor on the wanted number under laws without compliance
 constexpr double kFilled = 0.7;          // spots that fill less than this of their rectangle get more cells,
-constexpr double kMostFilling = 3.0;     // up to this factor
+constexpr double kMostFilling = 3.0;     // up to this factor,
+constexpr double kMostFillingStrips = 2.0;   // or up to this one if their cells follow ridges
 constexpr double kLeastShare = 4.0;      // least number of cells of a spot
 constexpr double kAskew = 1.27;          // mean number of lattice cells that a line of any direction crosses, over the
                                          // number along an axis of the lattice
@@ -108,7 +109,8 @@ SpotLattices::Number SpotLattices::number_of_cells(const Look& look) {
   Number number = {0.0, kMostCells * cells + kMoreCells};
   for (const Spot& spot : look.spots) {
     const double filled = spot.area / spot.region.area();
-    number.wanted += cells * std::min(std::max(kFilled / filled, 1.0), kMostFilling);
+    const double most = look.strip > 0.0 ? kMostFillingStrips : kMostFilling;
+    number.wanted += cells * std::min(std::max(kFilled / filled, 1.0), most);
   }
   if (options.law->couples() && look.search.level() > 0.0 && is_compact(look.spots, options)) {
     number.most = std::min(number.most, std::max(kMostCompact * cells, cells + kMoreCells));
