@@ -161,7 +161,8 @@ def test_readings_are_those_of_the_dense_contact(name):
     model, data = load(name, output="von_mises")
     mujoco.mj_forward(model, data)
     # Rings are narrow: on 1,000 cells the dense contact itself is off by up to 13 %.
-    cells, bound = (2500, 0.06) if "ring" in name else (1000, 0.15)
+    # Along the sheet's end, the ring presses with its flank: 7 %, and 11 % if cells do not follow it.
+    cells, bound = (2500, 0.09 if "end" in name else 0.06) if "ring" in name else (1000, 0.15)
     found = compare(model, data, cells=cells)
     assert found.dense.readings.max() > 1e3
     assert found.error <= bound, f"{100 * found.error:.1f} %"
