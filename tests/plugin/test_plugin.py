@@ -555,7 +555,7 @@ def test_a_loader_of_several_modules_is_wrapped_once_and_acts_for_one(monkeypatc
             return ModuleSpec(fullname, self) if fullname in ("shared_a", "shared_b") else None
 
         def exec_module(self, module):
-            module.executed = getattr(module, "executed", 0) + 1
+            vars(module)["executed"] = vars(module).get("executed", 0) + 1
 
     finder, called = Finder(), []
     monkeypatch.setattr(sys, "meta_path", [finder, *sys.meta_path])
