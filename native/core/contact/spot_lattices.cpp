@@ -83,7 +83,7 @@ void SpotLattices::lay(const Look& look, SampledLattices& lattices) {
     lattices.clear();
     for (std::size_t k = 0; k < look.spots.size(); ++k) {
       const Lattice lattice = lattice_over(look, k, number.wanted, coarser);
-      if (look.strip > 0.0 && look.spots[k].is_open()) {
+      if (look.follows(look.spots[k])) {
         lattices.add_along_ridges(lattice, look.seen, {regions_, k}, look.strip);
       } else {
         lattices.add(lattice, look.seen, {regions_, k});
@@ -128,7 +128,7 @@ void SpotLattices::set_regions(const Look& look) {
   regions_.clear();
   for (const Spot& spot : look.spots) {
     Region region = spot.region.lengthwise();
-    if (look.strip > 0.0 && spot.is_open()) {
+    if (look.follows(spot)) {
       regions_.push_back(region);
       continue;
     }
@@ -161,7 +161,7 @@ Lattice SpotLattices::lattice_over(const Look& look, std::size_t number, double 
   // Side of the cells if `share` of them lie along a line of the spot's length at any angle to the lattice.
   const double askew = coarser * kAskew * spot.length / share;
   if (spot.is_open()) cell = std::max(cell, askew * askew);
-  if (look.strip > 0.0 && spot.is_open()) {
+  if (look.follows(spot)) {
     // A cell holds the whole width of a narrow strip, because parts of it would not lie along it.
     const double strip = spot.area / spot.length, side = kStripCell * strip;
     if (strip < kNarrowStrip * std::sqrt(cell)) cell = std::max(cell, side * side);

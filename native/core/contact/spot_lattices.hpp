@@ -23,6 +23,9 @@ class SpotLattices {
     double height_factor;          // height up to which cells are laid, over the level [-]
     double strip;                  // how much higher the body is at the sides of strips along ridges [m]; 0 if the
                                    // cells do not follow ridges
+
+    // Whether the cells of a spot follow ridges. Cells of a straight one lie along it anyway.
+    bool follows(const Spot& spot) const { return strip > 0.0 && spot.is_open(); }
   };
   // That factor in a first look, and its least value if the bound on pressure sets the level.
   static constexpr double kHeightFactor = 2.5, kBoundedHeightFactor = 1.6;
