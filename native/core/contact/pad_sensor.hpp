@@ -6,65 +6,21 @@
 // whatever was read before and in whatever order.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <list>
 #include <memory>
 #include <variant>
 #include <vector>
 
 #include "contact/basis_cache.hpp"
-#include "contact/body_geometry.hpp"
-#include "contact/cells/face.hpp"
-#include "contact/cells/face_cells.hpp"
-#include "contact/cells/tangential.hpp"
-#include "contact/flat_press.hpp"
-#include "contact/laws/cell_contact.hpp"
+#include "contact/body_press.hpp"
+#include "contact/facing_faces.hpp"
 #include "contact/laws/uniform_press.hpp"
 #include "contact/pad.hpp"
-#include "contact/patch_press.hpp"
 #include "contact/point_press.hpp"
-#include "geometry/gap_map.hpp"
-#include "geometry/surface_map.hpp"
+#include "contact/touch.hpp"
 
 namespace mjtactile {
-
-// A body that presses on the pad.
-struct Touch {
-  int body;
-  std::vector<int> links;  // bodies that are welded to one another and touch, ascending; the first is `body`
-  std::shared_ptr<BodyGeometry> geometry;  // null where the geometry is not known
-  Pose pose;            // of the body in the pad frame
-  double wrench[6];     // on the pad, about the pad's origin, pad frame [N, N m]
-  double friction;      // largest sliding friction coefficient of its contacts [-]
-  double sunk;          // deepest overlap of body and pad where the body presses [m]; infinite if that is not known
-  std::vector<ContactPoint> points;
-  // The side that faces the pad, if the caller gives it in place of the geometry: a flat face with its placement, or
-  // the heights of the body.
-  std::shared_ptr<const Face> face;
-  Placement placement = kUnmoved;
-  const HeightMap* map = nullptr;
-};
-
-// The solution of one body's contact on its cells. All pointers are null if the contact was not solved on cells.
-struct SolvedCells {
-  const CellContact* contact = nullptr;
-  const Face* face = nullptr;
-  Placement placement = kUnmoved;
-  const BentCells* bent = nullptr;         // how the cells lie on a curved pad; null on a flat pad
-  const double* carried = nullptr;         // wrench (6) that the cells carry, as Touch::wrench [N, N m]
-  // The view from which heights are measured; null for cells of a flat face.
-  const HeightWindow* view = nullptr;
-  const double* heights = nullptr;         // of the body above the cells (cells) [m]; null for a flat face
-  const double* sunk = nullptr;            // lowering of the surface by other bodies (cells) [m]; null for none
-  CellForces forces = {nullptr};           // on the cells; on a curved pad in the tangent plane's frame
-  const FullCompliance* full = nullptr;    // compliance with which shear was solved; null for none
-  const CellContact::Workspace* workspace = nullptr;
-};
-
-// The point of the surface, along x and y in the pad frame, of a point of the cells' face [m].
-Point on_pad(const SolvedCells& solved, const double* at);
 
 // Numbers that the caller keeps with the simulation's state.
 struct Steadiness {
@@ -121,45 +77,6 @@ class PadSensor {
   Steadiness after(const Steadiness& before) const;
 
  private:
-  // One body's contact on its cells.
-  struct BodyPress {
-    bool flat = false;
-    FlatPress face;
-    PatchPress patch;
-    GapMap gap;
-    PatchPress other_patch;              // a second candidate for the contact, which may be better
-    GapMap other_gap;
-    CellContact::Workspace workspace;
-    std::shared_ptr<const Face> keeps;   // the face in use
-    std::shared_ptr<const Face> sheared; // the face to which the integrals belong; null for none
-    ShearIntegrals integrals;
-    FullCompliance full;
-    std::vector<double> forces, sunk;    // on the cells [N]; lowering of the surface by other bodies [m]
-    std::vector<double> pressing;        // forces on the cells along the surface's normals [N]
-    std::vector<Point> leans;            // of the cells [-]; empty if none leans
-    double carried[6] = {};              // wrench that the cells carry, pad frame [N, N m]
-    // On a curved pad: the plane in which the contact is solved, the body's heights over the surface there, and the
-    // touch in the plane's frame.
-    TangentPlane plane;
-    SurfaceMap over;
-    TurnedMap turned;
-    Touch here;
-    BentCells::Workspace bent;
-
-    const BentCells& laid() const { return patch.bent(); }
-    const CellContact& contact() const { return flat ? face.contact() : patch.contact(); }
-    const Face& cells() const { return flat ? face.face() : patch.face(); }
-    Placement placement() const { return flat ? face.placement() : kUnmoved; }
-    CellForces on_cells() const { return {forces.data(), leans.empty() ? nullptr : leans.data()}; }
-    const double* heights() const { return flat ? face.heights() : patch.heights().data(); }
-  };
-  struct CutFace {
-    int body;
-    std::size_t side;
-    std::array<std::int64_t, 3> place;
-    std::weak_ptr<const BodyGeometry> geometry;  // unlike an address, never that of a later geometry
-    std::shared_ptr<const Face> face;
-  };
   // The response of the sample points to all contacts, in the precision of the pad's maps.
   template <typename Value>
   struct Response {
@@ -182,24 +99,10 @@ class PadSensor {
   void begin(std::size_t count);
   double key_of(const Touch* touches, std::size_t count) const;
   void press_alone(const Touch& seen, std::size_t place, bool steady);
-  bool solve(const Touch& touch, BodyPress& press, const std::shared_ptr<const Face>& face,
-             const Placement& placement);
-  bool press_shapes(const Touch& touch, BodyPress& press);
-  double press_above(const Touch& touch, BodyPress& press, double floor);
-  double press_within(const Touch& touch, BodyPress& press, double floor, double reach);
-  bool touches_beyond(double reach, const Touch& touch, BodyPress& press) const;
   bool press_points(const Touch& seen, const BodyPress& press, std::size_t place);
-  bool press_map(const Touch& touch, BodyPress& press);
-  const Touch& turned(const Touch& touch, BodyPress& press) const;
-  const TangentPlane* plane_of(const BodyPress& press) const { return curved() ? &press.plane : nullptr; }
   bool curved() const { return !pad_->outer().is_flat(); }
   void couple(const Touch* touches, std::size_t count);
-  void sink(const BodyPress& other, BodyPress& press);
   void finish(const Touch& touch, BodyPress& press);
-  void put_on_curved_nodes(BodyPress& press);
-  const std::vector<Point>* gradients(const BodyPress& press) const;
-  void balance_leans(BodyPress& press);
-  bool shear(const Touch& touch, BodyPress& press);
   void note(Event event, const Touch& touch, double pressure, double indentation);
   void note_contact(const Touch& touch, const double* force, double area, double indentation);
   void note_range(const Touch& touch, const double* force, double area, double indentation);
@@ -213,15 +116,8 @@ class PadSensor {
   void add_forces();
   void set_response(double value);
   void make_readings(double* readings);
-  std::shared_ptr<const Face> face_towards(const Touch& touch, Placement& placement);
-  std::shared_ptr<const Face> cut_face(const Touch& touch, std::size_t side, const Placement& placement);
-  bool over_sheet(const Face& face, const Placement& placement) const;
-  bool may_cover(const FlatSide& side, const Placement& placement) const;
   Rectangle sheet() const { return pad_->surface().sheet(); }
-  // The surface as contacts over a part of it see it.
-  ContactSurface surface(const Rectangle& part, const TangentPlane* plane = nullptr) const {
-    return {part, pad_->compliance(), options_, plane};
-  }
+  ContactSurface surface() const { return {sheet(), pad_->compliance(), options_, nullptr}; }
 
   std::shared_ptr<const Pad> pad_;
   LawOptions options_;
@@ -229,10 +125,9 @@ class PadSensor {
   bool touched_ = false, keeps_forces_ = false, only_forces_ = false, any_torsion_ = false;
   int power_ = 0;   // forces far from 1 N are scaled by this power of two
   Pressed pressed_;
-  std::list<CutFace> cut_faces_;  // latest used first
+  FacingFaces faces_;
   std::vector<std::unique_ptr<BodyPress>> presses_;
   std::vector<std::uint8_t> solved_;
-  FaceCells cutter_;
   SurfaceShear shear_;
   std::variant<Response<float>, Response<double>> response_;
   bool begun_ = false;   // whether response_ is that of the last press(), and not of one before
