@@ -49,7 +49,7 @@ def mesh_benchmark() -> dict[str, Any]:
         readings, figures = {}, {}
         for name, (path, build_time, peak_memory) in built.items():
             start = time.perf_counter()
-            influence = load_influence(path, pad, name)
+            influence = load_influence(path, pad, Fidelity(mesh=name))
             load_time = time.perf_counter() - start
             loads = [_load(influence, case) for case in cases["load"]]
             readings[name] = [influence.readings(load) for load in loads]
