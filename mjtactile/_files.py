@@ -316,11 +316,6 @@ def with_checksums(arrays: Tables, said: str) -> dict[str, str]:
     return about | {HEADER: _header_checksum(arrays, about)}
 
 
-def has_no_checksums(about: dict[str, str]) -> bool:
-    """Whether a header's metadata was written by a version without checksums."""
-    return set(about) == {METADATA}
-
-
 def check_header(arrays: Tables, about: dict[str, str]) -> None:
     """Refuse a header whose array names, types, shapes or metadata are not what was written.
 

@@ -75,7 +75,7 @@ def influence_fingerprint(pad: Pad, fidelity: Fidelity) -> str:
 
 
 def _fidelity_from(metadata: dict[str, Any]) -> Fidelity:
-    """The fidelity; files of format version 1 name only their density, and their fingerprint will refuse them."""
+    """The fidelity that a file's metadata describe, with the name of its mesh where it has one."""
     stored = metadata["density"]
     density = MeshDensity(**{**stored, "points_per_axis": tuple(stored["points_per_axis"])})
-    return Fidelity(mesh=mesh_name(density) or density, **metadata.get("fidelity", {}))
+    return Fidelity(mesh=mesh_name(density) or density, **metadata["fidelity"])

@@ -20,13 +20,12 @@ from mjtactile._files import (
     METADATA,
     check_arrays,
     check_header,
-    has_no_checksums,
     make_folder,
     with_checksums,
     write_atomically,
 )
 from mjtactile._types import Tables
-from mjtactile.errors import CorruptInfluenceError, StaleInfluenceError
+from mjtactile.errors import CorruptInfluenceError
 from mjtactile.fem.stiffness import Parity
 
 #: Incremented whenever the meaning of a stored array changes; older files are then rebuilt.
@@ -93,7 +92,6 @@ def read_tables(path: Path) -> tuple[Tables, dict[str, Any]]:
     Raises:
         FileNotFoundError: there is no such file.
         CorruptInfluenceError: the file is truncated, damaged or not an influence table.
-        StaleInfluenceError: the file was written by a version without checksums.
     """
     from safetensors import SafetensorError, safe_open
 
@@ -106,16 +104,14 @@ def read_tables(path: Path) -> tuple[Tables, dict[str, Any]]:
             state = os.fstat(file.fileno())
             content = np.memmap(file, dtype=np.uint8, mode="r")
         tables, about = _read_header(content)
-        if not has_no_checksums(about):
-            check_header(tables, about)
-            _check_once(tables, about, state)
-            return tables, json.loads(about[METADATA])
+        check_header(tables, about)
+        _check_once(tables, about, state)
+        return tables, json.loads(about[METADATA])
     except (SafetensorError, KeyError, TypeError, ValueError, OverflowError) as error:
         raise CorruptInfluenceError(
             f"{path} is not a whole influence table ({type(error).__name__}: {error}). Restore it from a copy, or "
             "delete it and rebuild: mjtactile build"
         ) from error
-    raise StaleInfluenceError(f"{path} was written by a version without checksums. Rebuild it: mjtactile build")
 
 
 def read_metadata(path: Path) -> dict[str, Any]:

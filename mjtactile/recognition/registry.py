@@ -88,8 +88,7 @@ def read_registry(folder: Path, subfolders: Sequence[str] | None = None) -> dict
     try:
         content = json.loads(path.read_text())
         listed: list[dict[str, Any]] = content["modules"]
-        # Registries of versions without checksums contain the modules only.
-        if set(content) != {"modules"} and content.get(_CHECKSUM) != _checksum(listed):
+        if content[_CHECKSUM] != _checksum(listed):
             raise ValueError("it does not match its checksum")
         return {one["name"]: Entry(**{**one, "needs": tuple(one["needs"])}) for one in listed}
     except (FileNotFoundError, NotADirectoryError):

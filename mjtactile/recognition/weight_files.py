@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mjtactile._files import METADATA, check_arrays, check_header, has_no_checksums, with_checksums
+from mjtactile._files import METADATA, check_arrays, check_header, with_checksums
 from mjtactile.errors import RecognitionError, of_type
 from mjtactile.pad import Pad
 from mjtactile.recognition.symmetry import NEEDED, is_symmetric
@@ -72,8 +72,6 @@ def write_weights(path: Path, arrays: dict[str, np.ndarray], metadata: dict[str,
 def read_weights(path: Path) -> Stored:
     """Read weights and metadata, and verify the file's checksums.
 
-    Files of versions without checksums are not verified; `registry.stored_module` checks their hash.
-
     Args:
         path: file written by `write_weights`.
 
@@ -88,9 +86,8 @@ def read_weights(path: Path) -> Stored:
         with safe_open(path, framework="np") as file:
             about = file.metadata() or {}
             arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-        if not has_no_checksums(about):
-            check_header(arrays, about)
-            check_arrays(arrays, about)
+        check_header(arrays, about)
+        check_arrays(arrays, about)
         metadata = json.loads(about[METADATA])
     except (SafetensorError, KeyError, TypeError, ValueError, AttributeError) as error:
         raise RecognitionError(

@@ -302,15 +302,6 @@ def test_contact_law_may_change_without_the_table(saved):
     assert load_influence(saved, fidelity=chosen).fidelity == chosen
 
 
-def test_file_from_before_checksums_is_refused_as_stale(saved):
-    from safetensors.numpy import save_file
-
-    tables, metadata = read_tables(saved)
-    save_file({name: np.array(table) for name, table in tables.items()}, saved, {"mjtactile": json.dumps(metadata)})
-    with pytest.raises(StaleInfluenceError, match=r"without checksums.*Rebuild it: mjtactile build"):
-        load_influence(saved)
-
-
 @pytest.mark.parametrize("wrong", [{"precision": "float8"}, {"colour": "blue"}, 3], ids=str)
 def test_table_of_an_unknown_storage_is_refused(wrong, saved):
     tables, metadata = read_tables(saved)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from pathlib import Path
 
@@ -125,11 +124,3 @@ def test_damaged_examples_are_found(tmp_path):
     (tmp_path / EXAMPLES).write_bytes(flipped(content, len(content) // 2, 3))
     with pytest.raises(RecognitionError, match="does not match its hash in the registry"):
         read_examples(tmp_path, view)
-
-
-def test_registry_from_before_checksums_is_still_read(folder):
-    path = folder / REGISTRY
-    whole = path.read_text()
-    path.write_text(json.dumps({"modules": json.loads(whole)["modules"]}))
-    recognition.load("grasp", folder=folder)
-    path.write_text(whole)

@@ -196,10 +196,9 @@ def _trade_cells(row: dict[str, Any], result: dict[str, Any]) -> list[str]:
 
 
 def _unusual(row: dict[str, Any]) -> list[str]:
-    """Averaging and loads where they differ from the defaults. Rows of old runs do not name them."""
-    averaging, loads = row.get("averaging", "points"), row.get("loads", "nodes")
-    unusual = [f"averaging {by_layer_text(averaging)}"] if averaging != "points" else []
-    return unusual + ([f"loads on {loads}"] if loads != "nodes" else [])
+    """Averaging and loads where they differ from the defaults."""
+    unusual = [f"averaging {by_layer_text(row['averaging'])}"] if row["averaging"] != "points" else []
+    return unusual + ([f"loads on {row['loads']}"] if row["loads"] != "nodes" else [])
 
 
 def _median_worst(errors: list[float]) -> str:
