@@ -46,44 +46,21 @@ def turned(corners: int, start_deg: float = 0.0) -> Array:
     return np.column_stack([np.cos(angles), np.sin(angles)])
 
 
-def _circle() -> Polygon:
-    return ellipse(_HALF_BOX, _HALF_BOX)
-
-
-def _doughnut() -> Polygon:
-    return Polygon(_circle().exterior, [ellipse(_HALF_BOX / 2, _HALF_BOX / 2).exterior])
-
-
-def _ellipse() -> Polygon:
-    return ellipse(_HALF_BOX, 3e-3)
-
-
-def _octagon() -> Polygon:
-    return Polygon(_HALF_BOX / math.cos(math.pi / 8) * turned(8, 22.5))
-
-
-def _square() -> Polygon:
-    h = _HALF_BOX
-    return Polygon([(-h, -h), (h, -h), (h, h), (-h, h)])
-
-
 def _star() -> Polygon:
     radii = np.tile([_HALF_BOX, _STAR_INNER_RADIUS], 5)
     return Polygon(radii[:, None] * turned(10, 90.0))
 
 
-def _triangle() -> Polygon:
-    return Polygon(2.0 * _HALF_BOX / math.sqrt(3.0) * turned(3, 90.0))
-
-
 _PUNCHES: dict[str, Callable[[], Polygon]] = {
-    "circle": _circle,
-    "doughnut": _doughnut,
-    "ellipse": _ellipse,
-    "octagon": _octagon,
-    "square": _square,
+    "circle": lambda: ellipse(_HALF_BOX, _HALF_BOX),
+    "doughnut": lambda: Polygon(
+        ellipse(_HALF_BOX, _HALF_BOX).exterior, [ellipse(_HALF_BOX / 2, _HALF_BOX / 2).exterior]
+    ),
+    "ellipse": lambda: ellipse(_HALF_BOX, 3e-3),
+    "octagon": lambda: Polygon(_HALF_BOX / math.cos(math.pi / 8) * turned(8, 22.5)),
+    "square": lambda: Polygon(_HALF_BOX * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])),
     "star": _star,
-    "triangle": _triangle,
+    "triangle": lambda: Polygon(2.0 * _HALF_BOX / math.sqrt(3.0) * turned(3, 90.0)),
 }
 
 #: Names of the seven punches.
