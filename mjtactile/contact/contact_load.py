@@ -80,26 +80,8 @@ def contact_load(
         influence, law=law, tangential=tangential, friction=friction, tilt=tilt, cells=cells
     ).with_friction()
     wrench = wanted_wrench(footprint, force, moment)
-    return reported(influence, footprint, solved_load(influence, footprint, wrench, options), wrench, options)
-
-
-def solved_load(
-    influence: InfluenceMatrices, footprint: Footprint, wrench: Wrench, options: ContactOptions
-) -> SurfaceLoad:
-    """The load of one body; an empty load if the wrench does not press on the pad.
-
-    Args:
-        influence: of the pad.
-        footprint: of the body.
-        wrench: to be carried.
-        options: how the contact is solved.
-
-    Raises:
-        ContactError: no contact was found.
-    """
-    if not wrench.normal > 0.0:
-        return SurfaceLoad.none(influence.surface, wrench.force, wrench.moment)
-    return _pressed_loads(influence, [footprint], [wrench], options)[0]
+    (load,) = solved_loads(influence, [footprint], [wrench], options)
+    return reported(influence, footprint, load, wrench, options)
 
 
 def solved_loads(
@@ -120,15 +102,12 @@ def solved_loads(
         ContactError: no contact was found.
     """
     pressing = [k for k, wrench in enumerate(wrenches) if wrench.normal > 0.0]
-    loads = {
-        k: SurfaceLoad.none(influence.surface, wrench.force, wrench.moment)
+    bodies, wanted = [footprints[k] for k in pressing], [wrenches[k] for k in pressing]
+    pressed = dict(zip(pressing, _pressed_loads(influence, bodies, wanted, options), strict=True)) if pressing else {}
+    return [
+        pressed[k] if k in pressed else SurfaceLoad.none(influence.surface, wrench.force, wrench.moment)
         for k, wrench in enumerate(wrenches)
-        if not wrench.normal > 0.0
-    }
-    if pressing:
-        bodies, wanted = [footprints[k] for k in pressing], [wrenches[k] for k in pressing]
-        loads |= zip(pressing, _pressed_loads(influence, bodies, wanted, options), strict=True)
-    return [loads[k] for k in range(len(wrenches))]
+    ]
 
 
 def _pressed_loads(
@@ -142,20 +121,18 @@ def _pressed_loads(
             _warn(
                 "the contact law has no solution here: the pressure is spread over as much area around the line of the "
                 "force as it needs instead.",
-                stacklevel=5,
             )
         elif one.simplified:
             _warn(
                 "no pressure and shear were found that agree with each other, which can happen with few cells or high "
                 "friction: the pressure is that without friction.",
-                stacklevel=5,
             )
     return [one.load for one in solved]
 
 
-def _warn(text: str, stacklevel: int) -> None:
+def _warn(text: str) -> None:
     if not contacts_are_quiet():
-        warnings.warn(text, ContactWarning, stacklevel=stacklevel)
+        warnings.warn(text, ContactWarning, stacklevel=5)  # the caller of `contact_load`
 
 
 def reported(
@@ -214,7 +191,6 @@ def _warn_unless_carried(load: SurfaceLoad, wrench: Wrench, footprint: Footprint
         f"the footprint cannot carry this wrench: {reason}. A load near it is used; "
         f"force {_format(left_force, size)} N and moment {_format(left_moment, size * length)} N m{about} "
         "are left over.",
-        stacklevel=5,
     )
 
 
@@ -247,7 +223,7 @@ def warn_beyond_linear_range(influence: InfluenceMatrices, force: Array, outward
     pressing = math.sqrt(normal**2 + 3.0 * max(float(force @ force) - normal**2, 0.0))
     reason = beyond_linear_range(influence.pad, pressing / state.contact_area, state.indentation)
     if reason is not None:
-        _warn(reason, stacklevel=5)
+        _warn(reason)
 
 
 def contact_loads(

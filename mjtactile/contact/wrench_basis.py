@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array
-from mjtactile.contact.contact_load import reported, solved_load, warn_beyond_linear_range
+from mjtactile.contact.contact_load import reported, solved_loads, warn_beyond_linear_range
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.options import Wrench, contact_options, wanted_wrench
 from mjtactile.contact.press import Press
@@ -109,7 +109,7 @@ class WrenchBasis:
         return self._pressed(wanted_wrench(self.footprint, force, moment))
 
     def _pressed(self, wrench: Wrench) -> SurfaceLoad:
-        load = solved_load(self.influence, self.footprint, wrench, self.options)
+        (load,) = solved_loads(self.influence, [self.footprint], [wrench], self.options)
         return reported(self.influence, self.footprint, load, wrench, self.options)
 
 

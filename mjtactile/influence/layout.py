@@ -99,37 +99,17 @@ class PadTables:
 
         Raises:
             CorruptInfluenceError: an array is missing or unknown, has another type or shape, or has indices out of
-                range.
+                range; the message names it.
         """
-        check_layout(self.pad, self.fidelity, self.mesh, self.tables)
-
-
-def check_layout(pad: Pad, fidelity: Fidelity, mesh: SheetMesh, tables: Tables) -> None:
-    """Check that tables are those of a pad at a fidelity.
-
-    Args:
-        pad: the sheet and its taxels.
-        fidelity: mesh and storage.
-        mesh: of the whole sheet, in the fidelity's density.
-        tables: see `build.build_tables`, `taxel_quadrature.sampling_tables` and `stress_matrix.stored_matrix`.
-
-    Raises:
-        CorruptInfluenceError: an array is missing or unknown, has another type or shape, or has indices out of range;
-            the message names it.
-    """
-    layout = _Layout(tables)
-    quarter = mesh.quarter()
-    corners = on_corners(quarter) if fidelity.loads == "corners" else np.True_
-    points = [_check_sampling(layout, pad, k) for k in range(pad.sensing_layers)]
-    for parity in MirrorPlanes(*pad.surface.mirrors).classes:
-        free = free_in_plane(quarter, parity)
-        count, columns = int(free.sum()), int((free & corners).sum())
-        layout.take(table_name("compliance", parity), (np.float64,), (count, count))
-        for kind, width in (("deviatoric", DEVIATORIC_COUNT), ("mean", 1)):
-            for k, of_layer in enumerate(points):
-                shape = columns, of_layer * width
-                _check_matrix(layout, table_name(kind, parity, k), shape, fidelity, k)
-    layout.require_nothing_else()
+        layout = _Layout(self.tables)
+        points = [_check_sampling(layout, self.pad, k) for k in range(self.pad.sensing_layers)]
+        for parity, columns, free in zip(self.mirrors.classes, self.columns, self.free, strict=True):
+            layout.take(table_name("compliance", parity), (np.float64,), (len(free), len(free)))
+            for kind, width in (("deviatoric", DEVIATORIC_COUNT), ("mean", 1)):
+                for k, of_layer in enumerate(points):
+                    shape = len(columns), of_layer * width
+                    _check_matrix(layout, table_name(kind, parity, k), shape, self.fidelity, k)
+        layout.require_nothing_else()
 
 
 def _check_sampling(layout: _Layout, pad: Pad, sensing_layer: int) -> int:
