@@ -39,11 +39,6 @@ _KINDS = (
 def path_from(value: object, name: str, error: type[MjTactileError]) -> Path:
     """An argument that must be a path.
 
-    Args:
-        value: the argument.
-        name: of the argument.
-        error: what to raise.
-
     Raises:
         MjTactileError: `error`, if the argument is no path.
     """

@@ -133,11 +133,6 @@ def _body(spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:
 def check_free(spec: mujoco.MjSpec, name: str, pad: Pad) -> None:
     """Check that a model does not yet contain any of the elements that a pad of this name adds.
 
-    Args:
-        spec: model specification.
-        name: name of the pad's sensor.
-        pad: the pad.
-
     Raises:
         SceneError: the model has a sensor, geom, mesh, site or plugin of such a name, or the name is empty or holds a
             null character.

@@ -48,13 +48,7 @@ def physics_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> t
 
 
 def pose_footprint(influence: InfluenceMatrices, presses: OutlinePresses, pose: PosePresses) -> Footprint:
-    """Footprint of the body at a pose on a flat pad.
-
-    Args:
-        influence: influence matrices of the pad.
-        presses: presses with the body's shape and size.
-        pose: position and rotation of the body.
-    """
+    """Footprint of the body at a pose on a flat pad."""
     if presses.shape == "sphere":
         radius = SPHERE_RADIUS * presses.size
         ball = sphere_height(radius, np.array([*pose.shift, radius]))

@@ -181,10 +181,6 @@ def _is_foreign(content: bytes) -> bool:
 def press_columns(spec: DatasetSpec, presses: OutlinePresses) -> dict[str, np.ndarray]:
     """Make the presses of one outline.
 
-    Args:
-        spec: specification of the dataset.
-        presses: the presses.
-
     Returns:
         Labels and readings as columns by name, (presses, ...), without presses that did not settle.
     """

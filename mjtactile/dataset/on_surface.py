@@ -27,11 +27,6 @@ def curved_pose_readings(
 ) -> tuple[Array, Array, Array]:
     """Readings of one pose on a curved pad.
 
-    Args:
-        influence: influence matrices of the pad.
-        presses: the body and the contact law.
-        pose: position of the body, and forces.
-
     Returns:
         Readings [Pa], (presses, *reading_shape); forces on the pad in the pad frame [N], (presses, 3); and points
         (x, y) of the surface where they act [m], (presses, 2). Readings are NaN for a force that points out of the pad,

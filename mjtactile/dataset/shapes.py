@@ -67,9 +67,6 @@ def shape_face(shape: str) -> Polygon | MultiPolygon | None:
 def mesh_digest(shape: str) -> str:
     """SHA-256 of the content of a shape's mesh file, 64 hexadecimal digits.
 
-    Args:
-        shape: the path of a mesh file.
-
     Raises:
         IndenterError: there is no such shape, or the file cannot be read.
     """

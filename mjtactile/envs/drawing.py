@@ -25,10 +25,6 @@ class Drawing:
     def picture(self, model: mujoco.MjModel, data: mujoco.MjData) -> npt.NDArray[np.uint8]:
         """An RGB image of a state, shape (height, width, 3), top row first.
 
-        Args:
-            model: compiled model.
-            data: its state.
-
         Raises:
             RenderError: OpenGL does not work.
         """
@@ -39,12 +35,7 @@ class Drawing:
         return self._renderer.picture(model, data, self._camera)
 
     def show(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Show a state in the window, which is opened at the first call.
-
-        Args:
-            model: compiled model.
-            data: its state.
-        """
+        """Show a state in the window, which is opened at the first call."""
         if self._window is None:
             from mujoco import viewer
 

@@ -24,9 +24,6 @@ class SingleSimulation:
 
     Order of a reset: write model fields, `reset`, write the state, `forward`.
 
-    Args:
-        model: its model.
-
     Attributes:
         model: names and sizes; for values that differ between simulations use `field`.
         count: number of simulations, n.

@@ -48,11 +48,6 @@ def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
     """Add the sensor for the observation to the pad on geom `<name>_pad`, replacing an existing one.
 
     The sensor does not affect the physics.
-
-    Args:
-        spec: model specification.
-        name: name of the pad and its sensor.
-        options: observation of the pad.
     """
     for sensor in [sensor for sensor in spec.sensors if sensor.name == name]:
         plugin, count = sensor.plugin, len(spec.plugins)

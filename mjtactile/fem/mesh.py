@@ -76,10 +76,6 @@ class SheetMesh:
 def sheet_mesh(pad: Pad, density: MeshDensity) -> SheetMesh:
     """Mesh of the whole pad, mirror-symmetric, with mesh lines on its layer interfaces.
 
-    Args:
-        pad: the pad to be meshed.
-        density: sizes and grading of the elements.
-
     Raises:
         MeshError: the elements would be too small for the pad; the message says what determines their size.
     """
@@ -118,10 +114,6 @@ def _graded_sizes(count: int, grading: float) -> Array:
 
 def warn_if_coarser(pad: Pad, density: MeshDensity) -> None:
     """Warn if a density's `most_elements` makes the mesh of a pad coarser than its sizes ask for.
-
-    Args:
-        pad: the pad to be meshed.
-        density: of the mesh.
 
     Warns:
         MeshWarning: the mesh is coarser.

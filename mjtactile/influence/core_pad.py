@@ -26,11 +26,7 @@ _COMMON_POWERS = 20
 
 
 class CorePad:
-    """A pad in the compiled core. Stress matrices and data for contacts are added later.
-
-    Args:
-        influence: of the pad.
-    """
+    """A pad in the compiled core. Stress matrices and data for contacts are added later."""
 
     def __init__(self, influence: PadTables) -> None:
         grid = influence.surface

@@ -75,13 +75,7 @@ def plain_fidelity(chosen: Fidelity) -> Fidelity:
 
 
 def narrowing_steps(pad: Pad, made: Fidelity, chosen: Fidelity) -> int:
-    """Number of times `reduced_and_narrowed` reports progress.
-
-    Args:
-        pad: the sheet and its taxels.
-        made: fidelity of the matrices that are converted.
-        chosen: fidelity of the result.
-    """
+    """Number of times `reduced_and_narrowed` reports progress."""
     unchanged = chosen.reduction == 0.0 and chosen.precision == made.precision
     return 0 if unchanged else len(_STRESSES) * pad.sensing_layers
 

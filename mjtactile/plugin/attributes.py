@@ -133,10 +133,6 @@ class PluginSensor(NamedTuple):
 def plugin_sensor(model: mujoco.MjModel, name: str) -> PluginSensor | None:
     """A sensor of the plugin by its name, with its tables loaded; None if the plugin has no sensor of that name.
 
-    Args:
-        model: compiled model.
-        name: name of the sensor.
-
     Raises:
         SceneError: an attribute of the sensor is invalid.
     """

@@ -21,10 +21,6 @@ def after_import(package: str, action: Callable[[], None]) -> None:
     """Call a function right after a package is imported, or now if it has been imported.
 
     If a function is already waiting for the package, the call has no effect.
-
-    Args:
-        package: name of the package.
-        action: function without arguments.
     """
     if package in sys.modules:
         action()

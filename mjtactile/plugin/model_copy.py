@@ -26,10 +26,6 @@ class _Named:
 class ModelCopy:
     """Types, sizes, meshes and names of a model's geoms, and names of its bodies; attributes as in MjModel.
 
-    Args:
-        address: address of the model in memory.
-        layout: layout of the running MuJoCo's structures.
-
     Attributes:
         nbody: number of bodies.
         geom_type: types of the geoms, (geoms,).

@@ -109,10 +109,6 @@ def read_registry(folder: Path, subfolders: Sequence[str] | None = None) -> dict
 def stored_module(folder: Path, entry: Entry) -> Stored:
     """A module's weights, verified with the hash in the registry.
 
-    Args:
-        folder: folder of the registry.
-        entry: the module's entry.
-
     Raises:
         RecognitionError: the file does not exist, or its hash differs.
     """

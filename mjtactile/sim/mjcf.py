@@ -186,13 +186,7 @@ def add_pad_meshes(root: ET.Element, pad: Pad, name: str) -> None:
 
 
 def mesh_geoms(pad: Pad, name: str, mesh: str) -> list[dict[str, str]]:
-    """Attributes of the geoms of a curved pad, for the meshes of `add_pad_meshes`.
-
-    Args:
-        pad: a curved pad.
-        name: name of the pad's first geom.
-        mesh: name of its first mesh.
-    """
+    """Attributes of the geoms of a curved pad, for the meshes of `add_pad_meshes`."""
     solid = pad_solid(pad)
     both = zip(piece_names(name, solid), piece_names(mesh, solid), strict=True)
     return [{"name": geom, "type": "mesh", "mesh": of_mesh} for geom, of_mesh in both]

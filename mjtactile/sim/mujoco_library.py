@@ -41,13 +41,7 @@ def mujoco_library() -> ctypes.CDLL:
 
 
 def plugin_config(model: mujoco.MjModel, instance: int, attribute: str) -> str:
-    """Text of an attribute of a plugin instance in a compiled model; empty if the model does not set it.
-
-    Args:
-        model: compiled model.
-        instance: index of the plugin instance.
-        attribute: name of an attribute of the plugin.
-    """
+    """Text of an attribute of a plugin instance in a compiled model; empty if the model does not set it."""
     function = mujoco_library().mj_getPluginConfig
     function.restype = ctypes.c_char_p
     text = function(ctypes.c_void_p(int(model._address)), ctypes.c_int(instance), attribute.encode())
@@ -99,10 +93,6 @@ def is_data_of(model: mujoco.MjModel, data: object) -> bool:
     MuJoCo stores the same signature of the kinematic tree in a model and in its data. Numbers such as masses are not
     part of it, so that data of a model with varied numbers is accepted. Pickles and MJB files have 0 in its place: then
     only sizes tell.
-
-    Args:
-        model: compiled model.
-        data: to be checked.
     """
     import mujoco
 

@@ -165,12 +165,7 @@ def add_pad_geom(
 
 
 def pad_geoms(spec: mujoco.MjSpec, name: str) -> list[mujoco.MjsGeom]:
-    """All geoms of a sensor's pad in a specification: `<name>_pad` and, for hollows, `<name>_pad_piece_1` and so on.
-
-    Args:
-        spec: model specification.
-        name: name of the pad's sensor.
-    """
+    """All geoms of a sensor's pad in a specification: `<name>_pad` and, for hollows, `<name>_pad_piece_1` and so on."""
     first = f"{name}_pad"
     return [geom for geom in spec.geoms if geom.name == first or geom.name.startswith(f"{first}{PIECE}")]
 

@@ -35,12 +35,7 @@ class ControlPanel:
         self._add_actuators(model)
 
     def follow(self, frame: Frame, status: str) -> None:
-        """Update texts, buttons and the dragging handle.
-
-        Args:
-            frame: the state that is shown.
-            status: a line about the simulation.
-        """
+        """Update texts, buttons and the dragging handle."""
         controls = self._controls
         self._status.content = f"{frame.time:.3f} s, {status}"
         for button, label in (

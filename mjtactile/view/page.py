@@ -65,12 +65,7 @@ class Page:
         self._scale = Scale()
 
     def show(self, frame: Frame, status: str) -> None:
-        """Update the page.
-
-        Args:
-            frame: the state to show.
-            status: a line about the simulation.
-        """
+        """Update the page."""
         with self._server.atomic():
             self._scene.update_from_arrays(
                 frame.xpos[None], frame.xmat[None], frame.mocap_pos[None], frame.mocap_quat[None]

@@ -30,12 +30,7 @@ class Perturbation:
         return bool(self._spring.active)
 
     def grab(self, data: mujoco.MjData, body: int) -> None:
-        """Begin to drag a body; `release` restores the forces that were applied to it before.
-
-        Args:
-            data: state of the simulation.
-            body: id of the body.
-        """
+        """Begin to drag a body; `release` restores the forces that were applied to it before."""
         inverse = max(float(self._model.body_invweight0[body, 0]), _LEAST_INVERSE)
         self._before = np.array(data.xfrc_applied[body])
         self._spring.select, self._spring.localmass, self._spring.scale = body, _FIRMNESS / inverse, 1.0

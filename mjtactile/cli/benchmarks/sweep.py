@@ -80,11 +80,7 @@ def preset_of(choice: Choice) -> str | None:
 
 
 def sweep(design: dict[str, Any]) -> list[Choice]:
-    """All choices of a design, each once, sorted so that choices with the same tables follow each other.
-
-    Args:
-        design: the content of benchmarks/trade.toml.
-    """
+    """All choices of a design, each once, sorted so that choices with the same tables follow each other."""
     chosen = {*_product(design["product"]), *_around_presets(design.get("around", {}))}
     meshes = list(MESHES)
     return sorted(

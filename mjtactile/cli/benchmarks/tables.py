@@ -159,11 +159,7 @@ def _microseconds(seconds: float) -> str:
 
 
 def rounded(result: Any) -> Any:
-    """A result with every float rounded to four digits; repeated timings agree to fewer.
-
-    Args:
-        result: nested dictionaries and lists of plain values.
-    """
+    """A result with every float rounded to four digits; repeated timings agree to fewer."""
     if isinstance(result, dict):
         return {name: rounded(value) for name, value in result.items()}
     if isinstance(result, list):

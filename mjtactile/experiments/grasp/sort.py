@@ -157,12 +157,7 @@ def bin_place(name: str) -> tuple[float, float]:
 
 
 def sort_model(task: SortTask, fidelity: str) -> mujoco.MjModel:
-    """The model of a trial: the gripper, a block with punches on both sides, and plates that show the bins.
-
-    Args:
-        task: the block.
-        fidelity: fidelity of the readings.
-    """
+    """The model of a trial: the gripper, a block with punches on both sides, and plates that show the bins."""
     core = GraspObject(size=(SIZE[0] - 2.0 * PROUD, *SIZE[1:]), mass=task.mass, friction=task.friction)
     pads = FingertipPads(fidelity=fidelity)
     spec = grasp_spec(core, wrist="xyz", pose=task.pose, grasp_height=task.grasp_height, pads=pads)

@@ -55,12 +55,7 @@ class HandModel:
     add_fingers: Callable[[ET.Element, ET.Element, FingertipPads], None]
 
     def document(self, model: str, pads: FingertipPads) -> ET.Element:
-        """The hand as an MJCF document, to be extended or written.
-
-        Args:
-            model: name of the model.
-            pads: pads of the fingertips.
-        """
+        """The hand as an MJCF document, to be extended or written."""
         root = document(model, module=self.module)
         ET.SubElement(root, "compiler", angle="radian")
         ET.SubElement(ET.SubElement(root, "extension"), "plugin", plugin=PLUGIN)
@@ -77,12 +72,7 @@ class HandModel:
 
 
 def pad_sensor(name: str, pads: FingertipPads) -> ET.Element:
-    """A sensor of the plugin on geom `<name>_pad`.
-
-    Args:
-        name: name of the sensor.
-        pads: the pad and its fidelity.
-    """
+    """A sensor of the plugin on geom `<name>_pad`."""
     sensor = ET.Element("plugin", name=name, plugin=PLUGIN, objtype="geom", objname=f"{name}_pad")
     for key, value in (("pad", pads.name), ("fidelity", fidelity_text(pads.fidelity)), ("output", "von_mises")):
         ET.SubElement(sensor, "config", key=key, value=value)

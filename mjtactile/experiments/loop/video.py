@@ -31,9 +31,6 @@ VIDEO_KINDS = {".gif": "GIF", ".webp": "WEBP"}
 class LoopVideo:
     """Draws frames at a fixed rate: `run_loop(watch=video)`. A context manager, since it holds an OpenGL context.
 
-    Args:
-        model: model of the scene.
-
     Raises:
         RenderError: there is no working OpenGL.
     """

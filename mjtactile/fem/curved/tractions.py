@@ -76,11 +76,7 @@ def integrated_traction(grid: SurfaceGrid, outline: Polygon | MultiPolygon, trac
 
 
 def cell_integrals(grid: SurfaceGrid) -> Array:
-    """Integrals of every cell's shape functions over its surface [m^2], (cells y, cells x, 3 along y, 3 along x).
-
-    Args:
-        grid: of the surface, flat or curved.
-    """
+    """Integrals of every cell's shape functions over its surface [m^2], (cells y, cells x, 3 along y, 3 along x)."""
     (y, along_y), (x, along_x) = _gauss_on(grid.y), _gauss_on(grid.x)
     stretch = grid.outer.stretch(*np.meshgrid(x.ravel(), y.ravel())).reshape(*y.shape, *x.shape)
     return np.einsum("jqa,ipb,jqip->jiab", along_y, along_x, stretch)

@@ -73,9 +73,6 @@ class NewModule(torch.nn.Module):
     """A network with two hidden layers, which at first returns the mean score of several existing modules.
 
     The hidden units of the existing modules lie side by side.
-
-    Args:
-        like: the existing modules.
     """
 
     def __init__(self, like: Sequence[ShapeModule]) -> None:

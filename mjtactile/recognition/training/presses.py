@@ -71,12 +71,7 @@ def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[Princip
 
 
 def see_presses(folder: Path, view: PrincipalComponents) -> Presses:
-    """Read a dataset, mirror it into the octant and project it.
-
-    Args:
-        folder: folder of the dataset.
-        view: the principal components.
-    """
+    """Read a dataset, mirror it into the octant and project it."""
     dataset = read_dataset(folder)
     octant, mirrors = _octants(dataset, view.layers)
     images, source, all_mirrors = [octant], [np.arange(len(octant))], [mirrors]
