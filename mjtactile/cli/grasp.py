@@ -112,8 +112,7 @@ def _run(experiment: Experiment, settings: TrialSettings, workers: Workers, outp
     check_writable(out)
     check_figure(figure)
     write = table_on_page(output.page, table)
-    if experiment.recognisers is not None:
-        experiment.recognisers(settings.weights)
+    experiment.recognisers(settings.weights)
     results = run_trials(experiment, settings, workers=workers, out=out)
     report: Report = experiment.report(results)
     text = report.markdown()

@@ -196,23 +196,16 @@ def let_go(robot: Arm) -> None:
         robot.tick()
 
 
-#: Number of ticks over which a squeeze is evaluated.
-_JUDGED = 8
-
-
-@dataclass(frozen=True, kw_only=True)
-class ReflexSettings:
-    """Parameters of `SlipReflex`."""
-
-    used: float = 0.97  #: ratio of load to friction limit that triggers the alarm [-]
-    fall: float = 0.1  #: relative decrease of the load that starts a squeeze [-]
-    memory: float = 0.1  #: time constant of the filtered load that the present load is compared with [s]
-    squeeze: float = 25.0  #: relative growth rate of the grip during a squeeze [1/s]
-    squeeze_time: float = 0.008  #: least duration of a squeeze; the largest is four times this [s]
-    squeezed: float = 0.07  #: least relative growth of the grip for an evaluation [-]
-    left: float = 0.75  #: fraction of the newly estimated friction that is used, since it may still decrease [-]
-    follows: float = 0.5  #: least ratio of the growth of a sliding object's load to that of the grip [-]
-    jump: float = 1.6  #: factor of the grip at an alarm [-]
+#: Ratio of load to friction limit that triggers the alarm of `SlipReflex`, and factor of the grip at an alarm [-].
+_USED, _JUMP = 0.97, 1.6
+#: Relative decrease of the load that starts a squeeze [-]; time constant of the filtered load it is relative to [s].
+_FALL, _USUAL_TIME = 0.1, 0.1
+#: Relative growth rate of the grip during a squeeze [1/s]; least duration, a fourth of the largest [s]; number of ticks
+#: over which it is evaluated, and least relative growth of the grip for that [-].
+_SQUEEZE, _SQUEEZE_TIME, _JUDGED, _SQUEEZED = 25.0, 0.008, 8, 0.07
+#: Least ratio of the growth of a sliding object's load to that of the grip [-]; fraction of the newly estimated
+#: friction that is used, since it may still decrease [-].
+_FOLLOWS, _LEFT = 0.5, 0.75
 
 
 class SlipReflex:
@@ -222,13 +215,12 @@ class SlipReflex:
         law: the grip law, with the estimated friction.
         grip: present command [N]; it does not change unless the object slips.
         period: time between ticks [s].
-        settings: parameters; the default ones if None.
     """
 
-    def __init__(self, law: GripLaw, grip: float, period: float, settings: ReflexSettings | None = None) -> None:
+    def __init__(self, law: GripLaw, grip: float, period: float) -> None:
         self.law, self.grip = law, grip  #: the grip law, with the latest estimate of friction, and the command [N]
         self.alarmed = False  #: whether there was an alarm
-        self._period, self._settings = period, settings or ReflexSettings()
+        self._period = period
         self._usual: float | None = None
         self._before = grip
         self._suspected: list[tuple[float, float]] | None = None
@@ -240,11 +232,11 @@ class SlipReflex:
         load, pressing = self.law.load(felt), float(felt.pressing.mean())
         if self.alarmed:
             self.grip = max(self.grip, min(self.law.wanted(felt), self.law.most))
-        elif load > self._settings.used * self.law.friction * pressing:
+        elif load > _USED * self.law.friction * pressing:
             self._alarm()
         elif self._suspected is not None:
             self._suspect(load, pressing)
-        elif self._usual is not None and load < (1.0 - self._settings.fall) * self._usual:
+        elif self._usual is not None and load < (1.0 - _FALL) * self._usual:
             self._before, self._suspected = self.grip, [(load, pressing)]
             self._squeeze()
         self._remember(load)
@@ -252,30 +244,30 @@ class SlipReflex:
 
     def _alarm(self) -> None:
         self.alarmed = True
-        self.grip = min(max(self.grip, self._before * self._settings.jump), self.law.most)
+        self.grip = min(max(self.grip, self._before * _JUMP), self.law.most)
 
     def _suspect(self, load: float, pressing: float) -> None:
         """During a squeeze, estimate whether the load follows the grip."""
         assert self._suspected is not None
         self._suspected.append((load, pressing))
         self._squeeze()
-        if len(self._suspected) * self._period < self._settings.squeeze_time:
+        if len(self._suspected) * self._period < _SQUEEZE_TIME:
             return
         # Fingers may bounce on a sliding object: the Theil-Sen slope is robust against single ticks.
         loads, grips = np.array(self._suspected[-_JUDGED:]).T
         grown = grips[-2:].mean() / grips[:2].mean() - 1.0
         slope = float(np.asarray(theilslopes(np.log(np.maximum(loads, 1e-3)), np.log(grips)))[0])
-        if grown > self._settings.squeezed and slope > self._settings.follows:
-            self.law = replace(self.law, friction=self._settings.left * float(np.median(loads / grips)))
+        if grown > _SQUEEZED and slope > _FOLLOWS:
+            self.law = replace(self.law, friction=_LEFT * float(np.median(loads / grips)))
             self._alarm()
-        elif len(self._suspected) * self._period > 4.0 * self._settings.squeeze_time:
+        elif len(self._suspected) * self._period > 4.0 * _SQUEEZE_TIME:
             # The object rests under a smaller load, which is the new reference.
             self._suspected, self._usual, self.grip = None, load, self._before
 
     def _squeeze(self) -> None:
-        self.grip = min(self.grip * (1.0 + self._settings.squeeze * self._period), self.law.most)
+        self.grip = min(self.grip * (1.0 + _SQUEEZE * self._period), self.law.most)
 
     def _remember(self, load: float) -> None:
         if self._suspected is None:
-            share = self._period / self._settings.memory
+            share = self._period / _USUAL_TIME
             self._usual = load if self._usual is None else self._usual + share * (load - self._usual)

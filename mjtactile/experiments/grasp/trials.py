@@ -43,10 +43,10 @@ class Experiment:
     trial: Callable[[TrialSettings, str, int], Result]
     #: Function of results by condition, sorted by number, that returns what is printed.
     report: Callable[[dict[str, list[Result]]], Any]
+    #: Loads recognisers from a folder of weights; it raises an error if they cannot be used.
+    recognisers: Callable[[str | None], Any]
     #: Function of the same results that returns a matplotlib figure, if there is one.
     figure: Callable[[dict[str, list[Result]]], Any] | None = None
-    #: Loads recognisers from a folder of weights; it raises an error if they cannot be used.
-    recognisers: Callable[[str | None], Any] | None = None
 
 
 def run_trials(

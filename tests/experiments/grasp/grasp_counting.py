@@ -12,4 +12,10 @@ def trial(settings, condition, number):
     return {"value": float(np.random.default_rng([settings.seed, number]).random()), "condition": condition}
 
 
-COUNTING = Experiment(name="counting", conditions=("one", "other"), trial=trial, report=lambda results: results)
+COUNTING = Experiment(
+    name="counting",
+    conditions=("one", "other"),
+    trial=trial,
+    report=lambda results: results,
+    recognisers=lambda weights: None,
+)

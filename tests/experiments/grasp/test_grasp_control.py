@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjtactile.experiments.grasp.control import GripLaw, SlipReflex
+from mjtactile.experiments.grasp.control import _LEFT, GripLaw, SlipReflex
 from mjtactile.experiments.grasp.known import PadLoads
 
 PERIOD = 2e-3
@@ -77,5 +77,5 @@ def test_friction_that_goes_away_is_noticed_and_found_anew():
         friction = 0.5 if step < 50 else 0.28
         guard.step(felt(min(2.0, 2.0 * friction * guard.grip), guard.grip))
     assert guard.alarmed
-    assert guard.law.friction == pytest.approx(guard._settings.left * 0.28, rel=0.05)
+    assert guard.law.friction == pytest.approx(_LEFT * 0.28, rel=0.05)
     assert guard.grip > 2.0 / 2.0 / 0.28
