@@ -105,7 +105,6 @@ class Part:
 
     def table(self, *, readings: bool) -> pa.Table:
         """The columns, with or without the readings."""
-        require("dataset")
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -125,7 +124,6 @@ def read_part(path: Path) -> Part:
         DamagedPartError: it is damaged, or has the name of another part.
         DatasetError: it is another kind of file.
     """
-    require("dataset")
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -153,7 +151,6 @@ def read_part(path: Path) -> Part:
 
 def part_schema(reading_shape: Sequence[int]) -> pa.Schema:
     """Columns of a part, in order."""
-    require("dataset")
     import pyarrow as pa
 
     text, number, flag = pa.string(), pa.float64(), pa.bool_()
@@ -166,7 +163,6 @@ def part_schema(reading_shape: Sequence[int]) -> pa.Schema:
 
 def _is_foreign(content: bytes) -> bool:
     """Whether a file is a valid Parquet file without this package's metadata."""
-    require("dataset")
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -240,7 +236,6 @@ def _influence(pad: Pad, fidelity: str) -> InfluenceMatrices:
 
 
 def _table(spec: DatasetSpec, part: tuple[int, int], columns: dict[str, np.ndarray]) -> pa.Table:
-    require("dataset")
     import pyarrow as pa
 
     from mjtactile._installed import __version__
@@ -378,7 +373,6 @@ def _chosen(workers: object) -> Workers:
 
 def _rows(path: Path) -> int:
     """Number of presses in a part."""
-    require("dataset")
     import pyarrow.parquet as pq
 
     with path.open("rb") as file:  # Arrow cannot open names that are not UTF-8
@@ -527,9 +521,7 @@ def _kept(spec: DatasetSpec, folder: Path) -> set[tuple[int, int]]:
 def _difference(spec: DatasetSpec, part: Part) -> str:
     """In what a dataset differs, as words for an error message."""
     if {**part.metadata["spec"], "presses": spec.presses} == spec.description:
-        return (
-            "the same specification, but with other mesh files: they have changed, or were not checked when it was made"
-        )
+        return "the same specification, but with other mesh files: they have changed"
     return "another specification or seed"
 
 

@@ -111,7 +111,7 @@ class DatasetSpec:
         limits = {"presses": (1, MOST_PRESSES), "seed": (0, MOST_SEED)}
         limits |= dict.fromkeys(("poses", "forces"), (1, MOST_PER_OUTLINE))
         for name, (least, most) in limits.items():
-            object.__setattr__(self, name, _count({name: getattr(self, name)}, name, least, least, most))
+            object.__setattr__(self, name, _count(name, getattr(self, name), least, most))
         object.__setattr__(self, "free", _share("free", self.free))
         object.__setattr__(self, "noise", _range("noise", self.noise, _NOISE_LIMITS))
         _check_laws(self.laws, self.tangential)
@@ -194,18 +194,15 @@ def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
         raise DatasetError(f"backend = {[backend, *others]}; expected one of {', '.join(BACKENDS)}.")
     spec = DatasetSpec(
         contacts=tuple(_contact(entry) for entry in contacts),
-        presses=_count(values, "presses", 1000, most=MOST_PRESSES),
-        seed=_count(values, "seed", 0, least=0, most=MOST_SEED),
         backend=backend,
         presets=_names(values, "fidelity", DEFAULT, tuple(PRESETS)),
         laws=_names(values, "law", "elastic", LAWS),
         tangential=_names(values, "tangential", "proportional", WITHOUT_FRICTION),
         free=_as_float(values.get("free", 0.0)),
-        poses=_count(values, "poses", 6),
-        forces=_count(values, "forces", 4),
         noise=_in_si(values.get("noise", 0.0), 1.0),
         transducer=values.get("transducer"),
         pad=pad_from(values.get("pad", {}), folder),
+        **{name: values[name] for name in ("presses", "seed", "poses", "forces") if name in values},
     )
     if spec.presses_per_outline > MOST_PER_OUTLINE:
         raise DatasetError(
@@ -233,17 +230,12 @@ def _contact(entry: dict[str, Any]) -> ContactSpec:
         )
     for shape in shapes:
         shape_face(shape)
-    given = {"size": 1.0, "rotation": [0.0, 360.0], "force": [5.0, 200.0], "tilt": [0.0, 35.0]}
-    given |= {"azimuth": [0.0, 360.0], "shift": 0.0, **entry}
+    given = {"weight": len(shapes), "shift": 0.0, **entry}
     if _is_number(given["shift"]):
         given["shift"] = [-given["shift"], given["shift"]]
-    ranges = {name: _in_si(given[name], unit) for name, (unit, *_) in _CONTACT_LIMITS.items()}
-    return ContactSpec(
-        shapes=tuple(shapes),
-        weight=_as_float(entry.get("weight", len(shapes))),
-        upright=_as_float(entry.get("upright", 0.0)),
-        **ranges,
-    )
+    ranges = {name: _in_si(given[name], unit) for name, (unit, *_) in _CONTACT_LIMITS.items() if name in given}
+    shares = {name: _as_float(given[name]) for name in ("weight", "upright") if name in given}
+    return ContactSpec(shapes=tuple(shapes), **ranges, **shares)
 
 
 def pad_from(values: dict[str, Any] | str, folder: Path = Path()) -> Pad:
@@ -342,8 +334,7 @@ def _is_number(value: object) -> bool:
     return math.isfinite(finite_number(value))
 
 
-def _count(values: dict[str, Any], name: str, default: int, least: int = 1, most: int = MOST_PER_OUTLINE) -> int:
-    value = values.get(name, default)
+def _count(name: str, value: object, least: int, most: int) -> int:
     if not (is_whole(value) and least <= value <= most):
         raise DatasetError(f"{name} = {shortened(value)}; expected a whole number from {least} to {most}.")
     return int(value)
