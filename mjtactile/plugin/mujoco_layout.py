@@ -139,12 +139,12 @@ def _aligned(at: int, alignment: int) -> int:
 _CHECK = """
 <mujoco>
   <worldbody>
-    <geom name="pad" type="box" size=".01 .02 .03"/>
+    <site name="s"/><geom name="pad" type="box" size=".01 .02 .03"/>
     <body pos="0 0 .035"><freejoint/><geom type="box" size=".006 .005 .01"/></body>
   </worldbody>
   <sensor><accelerometer site="s"/></sensor>
 </mujoco>
-""".replace('<geom name="pad"', '<site name="s"/><geom name="pad"')
+"""
 
 
 #: Fields of a contact that are compared, and what they hold.

@@ -333,17 +333,17 @@ def _cases(presets: tuple[str, ...], table: str) -> Iterator[tuple[str, PluginSc
                 name = f"{'moving' if moving else 'unchanged'} {shape}, {preset}"
                 yield name, PluginScene(sensor="ours", fidelity=preset, **common), PluginScene(**common)
     for shape in BODIES:
-        for preset in presets[:2]:
+        for preset in presets:
             bare = PluginScene(shape=shape, moving=True)
             yield f"moving {shape}, {preset}", replace(bare, sensor="ours", fidelity=preset), bare
-    for shape, way, preset in itertools.product(_SHEARED, _WAYS, presets[:2]):
+    for shape, way, preset in itertools.product(_SHEARED, _WAYS, presets):
         bare = PluginScene(shape=shape, moving=True)
         ours = replace(bare, sensor="ours", fidelity=preset, tangential=way.strip(", "))
         yield f"moving {shape}{way}{preset}", ours, bare
-    for preset in presets[:2]:
+    for preset in presets:
         bare = PluginScene(shape="ball", moving=True, curved=True)
         yield f"moving ball on a dome, {preset}", replace(bare, sensor="ours", fidelity=preset), bare
-    for preset in presets[:2]:
+    for preset in presets:
         bare = FingersScene(pads=5, touched=5, curved=True)
         yield f"five domes around a ball, {preset}", replace(bare, sensor="ours", fidelity=preset), bare
         fingers = FingersScene(pads=5, touched=5)
