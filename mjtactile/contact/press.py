@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
 from mjtactile._native import library, pointer
@@ -60,26 +59,6 @@ class Solved(NamedTuple):
     load: SurfaceLoad
     approximated: bool
     simplified: bool
-
-
-class CellForces(NamedTuple):
-    """Forces on the contact cells of one body, pad frame.
-
-    Attributes:
-        centroids: (cells, 2) [m].
-        areas: (cells,) [m^2].
-        forces: (cells, 3) [N].
-        heights: of the body above each cell before it moved, (cells,) [m].
-        edges: of the cells, each once, (edges, 2 ends, 2) [m].
-        sides: indices of the cells to the left and right of each edge, (edges, 2); -1 for none.
-    """
-
-    centroids: Array
-    areas: Array
-    forces: Array
-    heights: Array
-    edges: Array
-    sides: npt.NDArray[np.int32]
 
 
 def _doubles(values: list[float]) -> ctypes.Array[ctypes.c_double]:
@@ -176,7 +155,6 @@ class Press:
                 ctypes.c_double(narrowest),
             )
         )
-        self._cells: list[int] = []
         weakref.finalize(self, core.mjt_press_free, self._handle)
 
     def loads(self, footprints: Sequence[Footprint], wrenches: Sequence[Wrench]) -> list[Solved]:
@@ -206,7 +184,6 @@ class Press:
         for one in made:
             if one.error is not None:
                 raise one.error
-        self._cells = [one.cells for one in told]
         return [self._solved(k, nodal[k], told[k], footprints[k], wrenches[k]) for k in range(count)]
 
     def _solved(self, body: int, nodal: Array, told: Told, footprint: Footprint, wrench: Wrench) -> Solved:
@@ -232,22 +209,6 @@ class Press:
         left_force, left_moment = wrench.force - carried[:3], wrench.moment - carried[3:]
         load = SurfaceLoad(nodal, self._surface, covered, left_force, left_moment, state)
         return Solved(load, bool(told.approximated), bool(told.simplified))
-
-    def cell_forces(self, body: int = 0) -> CellForces:
-        """Forces on the cells of a body in the last call of `loads`; empty arrays for laws without cells."""
-        core, count, number = library(), self._cells[body], ctypes.c_size_t(body)
-        edges = int(core.mjt_press_edges(self._handle, number, pointer(None), pointer(None)))
-        found = CellForces(
-            np.empty((count, 2)),
-            np.empty(count),
-            np.empty((count, 3)),
-            np.empty(count),
-            np.empty((edges, 2, 2)),
-            np.empty((edges, 2), dtype=np.int32),
-        )
-        core.mjt_press_cells(self._handle, number, *(pointer(array) for array in found[:4]))
-        core.mjt_press_edges(self._handle, number, pointer(found.edges), pointer(found.sides))
-        return found
 
     def parts(self) -> Array | None:
         """Nodal forces of the linear parts of the load of one body, after `loads` [N], (parts, nodes y, nodes x, 3).

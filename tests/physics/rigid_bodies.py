@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from core_cells import CellForces, cell_forces
 from half_space import HalfSpaceIntegrals, half_space_compliance
 from shapely import Point, Polygon
 
@@ -14,7 +15,6 @@ from mjtactile.contact.cells import compliance as compliances
 from mjtactile.contact.cells.compliance import SurfaceCompliance
 from mjtactile.contact.footprint import Footprint, GapFunction
 from mjtactile.contact.options import ContactOptions, Wrench
-from mjtactile.contact.press import CellForces
 from mjtactile.contact.ready import new_press
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -88,7 +88,7 @@ def pressed(
     wrench = Wrench(vector, np.cross([*through, 0.0], vector) + np.array([0.0, 0.0, torsion]))
     press = new_press(influence, options, strength=0.0, narrowest=1e-9)
     state = press.loads([footprint], [wrench])[0].load.state
-    return Pressed(state, press.cell_forces())
+    return Pressed(state, cell_forces(press))
 
 
 def contact_radius(load: Pressed) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import shapely
 from closed_forms import paraboloid_on_bonded_layer
+from core_cells import CellForces, cell_forces
 from quarter_pad import IsotropicSolid, QuarterPad
 from rigid_bodies import YOUNG, contact_modulus
 from shapely.geometry.base import BaseGeometry
@@ -18,7 +19,6 @@ from mjtactile.contact.cells.compliance import SurfaceCompliance
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.options import ContactOptions, Wrench
-from mjtactile.contact.press import CellForces
 from mjtactile.contact.ready import new_press
 from mjtactile.fidelity import Fidelity, MeshDensity
 from mjtactile.influence.cache import build_influence
@@ -68,7 +68,7 @@ def pressed(
     press = new_press(influence, options, strength=0.0, narrowest=1e-9)
     footprint = Footprint.from_height(height, influence.surface)
     load = press.loads([footprint], [Wrench(vector, np.cross(at, vector))])[0].load
-    return load, press.cell_forces()
+    return load, cell_forces(press)
 
 
 def ball(outer: Surface, place: np.ndarray, radius: float):

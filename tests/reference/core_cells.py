@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,7 @@ from shapely import Polygon
 from mjtactile._native import contiguous, library, pointer
 from mjtactile._types import Array
 from mjtactile.contact.cells.face_cells import CoreCells, rings_of
+from mjtactile.contact.press import Press
 from mjtactile.geometry.planar import areal
 from mjtactile.influence.surface_load import Area
 
@@ -111,3 +113,35 @@ def clip_outline(outline: Area, place: tuple[float, float, float], sheet: tuple[
     outer = [Polygon(ring) for ring in cut if shapely.is_ccw(shapely.linearrings(ring))]
     holes = [Polygon(ring) for ring in cut if not shapely.is_ccw(shapely.linearrings(ring))]
     return areal(shapely.difference(shapely.union_all(outer), shapely.union_all(holes)))
+
+
+class CellForces(NamedTuple):
+    """Forces on the contact cells of one body, pad frame.
+
+    Attributes:
+        centroids: (cells, 2) [m].
+        areas: (cells,) [m^2].
+        forces: (cells, 3) [N].
+        heights: of the body above each cell before it moved, (cells,) [m].
+        edges: of the cells, each once, (edges, 2 ends, 2) [m].
+        sides: indices of the cells to the left and right of each edge, (edges, 2); -1 for none.
+    """
+
+    centroids: Array
+    areas: Array
+    forces: Array
+    heights: Array
+    edges: Array
+    sides: npt.NDArray[np.int32]
+
+
+def cell_forces(press: Press) -> CellForces:
+    """Forces on the cells of the first body in the last call of `press.loads`, under a law with cells."""
+    core, body = library(), ctypes.c_size_t(0)
+    edges = int(core.mjt_press_edges(press._handle, body, None, None))
+    ends, sides = np.empty((edges, 2, 2)), np.empty((edges, 2), dtype=np.int32)
+    core.mjt_press_edges(press._handle, body, pointer(ends), pointer(sides))
+    count = int(sides.max()) + 1
+    arrays = np.empty((count, 2)), np.empty(count), np.empty((count, 3)), np.empty(count)
+    core.mjt_press_cells(press._handle, body, *map(pointer, arrays))
+    return CellForces(*arrays, ends, sides)

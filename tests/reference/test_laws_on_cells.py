@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from core_cells import read
+from core_cells import CellForces, cell_forces, read
 from laws_on_cells import (
     Cells,
     coulomb,
@@ -24,7 +24,6 @@ from mjtactile.contact.cells.face_cells import placed_cells
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.foundation import foundation_springs
 from mjtactile.contact.options import Wrench, contact_options
-from mjtactile.contact.press import CellForces
 from mjtactile.contact.ready import new_press
 from mjtactile.fidelity import Fidelity
 
@@ -59,7 +58,7 @@ def solved(influence, footprint: Footprint, lever=(0.0, 0.0), **options) -> tupl
     assert not found.approximated
     assert not found.simplified
     made, place = placed_cells(footprint.outline, COUNT)
-    forces, cells = press.cell_forces(), placed(read(made), place)
+    forces, cells = cell_forces(press), placed(read(made), place)
     np.testing.assert_allclose(forces.centroids, cells.centroids, atol=1e-12)
     return forces, cells, np.concatenate([FORCE, moment])
 
@@ -149,7 +148,7 @@ def under_a_paraboloid(influence, **options) -> tuple[CellForces, Cells, np.ndar
     found = press.loads([Footprint.from_gap(gap, influence.surface)], [Wrench(FORCE, moment)])[0]
     assert not found.approximated
     assert not found.simplified
-    forces = press.cell_forces()
+    forces = cell_forces(press)
     middles = forces.centroids[:, None]  # these cells are smaller than the remainder's patches
     cells = Cells(forces.centroids, forces.areas, forces.edges, forces.sides, middles)
     return forces, cells, np.concatenate([FORCE, moment]), (forces.centroids - MIDDLE) / ROUND
