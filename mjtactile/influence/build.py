@@ -88,11 +88,11 @@ def build_tables(
     Raises:
         MeshError: the equations need more memory than the machine has, or cannot be solved in double precision.
     """
-    if not pad.surface.is_flat:
-        yield from build_swept_tables(pad, density, dtype, on_step, rows=rows, columns=columns)
-        return
     mesh = sheet_mesh(pad, density)
     layers, storage = _sample_points(pad, density), _Storage(np.dtype(dtype), rows, columns)
+    if not pad.surface.is_flat:
+        yield from _swept_tables(mesh, layers, storage, on_step)
+        return
     workers = _workers(mesh)
     stiffness = assemble(mesh.quarter())
     # The class that also gives its diagonal mirror image takes longest and is started first.
@@ -120,21 +120,10 @@ def _sample_points(pad: Pad, density: MeshDensity) -> list[Array]:
     return [layer_sampling(pad, k, density.points_at(k)).positions for k in range(pad.sensing_layers)]
 
 
-def build_swept_tables(
-    pad: Pad,
-    density: MeshDensity,
-    dtype: npt.DTypeLike = np.float32,
-    on_step: Callable[[], None] = lambda: None,
-    *,
-    rows: _Rows = lambda _kind, _parity, _layer, matrix: matrix,
-    columns: Callable[[Parity, npt.NDArray[Any]], npt.NDArray[Any]] = lambda _parity, matrix: matrix,
+def _swept_tables(
+    mesh: SheetMesh, layers: list[Array], storage: _Storage, on_step: Callable[[], None]
 ) -> Iterator[Tables]:
-    """Build tables with the elements and equations of curved pads; they solve flat pads too, for comparison.
-
-    Arguments, results and errors are those of `build_tables`.
-    """
-    mesh = sheet_mesh(pad, density)
-    layers, storage = _sample_points(pad, density), _Storage(np.dtype(dtype), rows, columns)
+    """Tables by the elements and equations of curved pads; they solve flat pads too, for comparison."""
     swept = SweptPad(mesh, np.concatenate(layers))
     workers = _swept_workers(mesh)
     # One thread per block: the threads of a parallel matrix product would wait for each other on a busy machine.

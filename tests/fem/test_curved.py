@@ -20,7 +20,7 @@ from mjtactile.fem.stiffness import Parity, free_in_plane
 from mjtactile.fem.stress import StressSampler
 from mjtactile.fem.taxel_quadrature import layer_sampling
 from mjtactile.fidelity import MeshDensity
-from mjtactile.influence.build import build_steps, build_swept_tables, build_tables
+from mjtactile.influence.build import _sample_points, _Storage, _swept_tables, build_steps, build_tables
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Layer, Pad, TaxelGrid
@@ -68,7 +68,9 @@ def test_a_flat_pad_has_the_tables_it_had():
     plain, swept = {}, {}
     for tables in build_tables(LAYERED_PAD, COARSE, np.float64):
         plain |= tables
-    for tables in build_swept_tables(LAYERED_PAD, COARSE, np.float64):
+    storage = _Storage(np.dtype(float), rows=lambda *given: given[-1], columns=lambda _, matrix: matrix)
+    points = _sample_points(LAYERED_PAD, COARSE)
+    for tables in _swept_tables(sheet_mesh(LAYERED_PAD, COARSE), points, storage, lambda: None):
         swept |= tables
     assert plain.keys() == swept.keys()
     for name, table in plain.items():
