@@ -96,7 +96,6 @@ def _draw_map(axes: Axes, pad: Pad, readings: Array, layer: int, outline: Polygo
 
 def _discs(feet: Array, radii: Array, values: Array) -> PatchCollection:
     """Taxels seen from above, as discs with the radii of their balls [mm]; upper taxels cover lower ones."""
-    require("figures")
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Circle
 
@@ -137,10 +136,12 @@ def _free_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | Mult
 
 def _draw_stack(axes: Axes, pad: Pad, y: float) -> None:
     """Draw surface, base and layers of the pad in the plane at y [m]."""
+    from matplotlib.patches import Polygon as Patch
+
     half_width = pad.size[0] / 2
     across = np.linspace(-half_width, half_width, _CURVE_POINTS)
     top, base = _curve(pad, across, y, 0.0), _curve(pad, across, y, pad.thickness)
-    axes.add_patch(_area(np.concatenate([top.T, base.T[::-1]])))
+    axes.add_patch(Patch(np.concatenate([top.T, base.T[::-1]]), facecolor="0.92", edgecolor="0.3"))
     for height in pad.interfaces:
         axes.plot(*_curve(pad, across, y, -height), color="0.5", linewidth=0.8, linestyle="--")
     low, high = float(base[1].min()), float(top[1].max())
@@ -156,7 +157,9 @@ def _draw_stack(axes: Axes, pad: Pad, y: float) -> None:
 
 def _finish_section(axes: Axes, pad: Pad, y: float, outline: Polygon | MultiPolygon, shading: ScalarMappable) -> None:
     """Draw the contact as a line on the surface, and the colour scale."""
-    cut = outline.intersection(_line_at(pad, y))
+    from shapely import LineString
+
+    cut = outline.intersection(LineString([(-pad.size[0], y), (pad.size[0], y)]))
     for part in getattr(cut, "geoms", [cut]):
         if not part.is_empty:
             left, _, right, _ = part.bounds
@@ -168,16 +171,3 @@ def _finish_section(axes: Axes, pad: Pad, y: float, outline: Polygon | MultiPoly
 def _curve(pad: Pad, x: Array, y: float, depth: float) -> Array:
     """A line along x at a depth below the outer surface, seen along y: x and z [mm], (2, n)."""
     return pad.surface.positions(x, np.full_like(x, y), depth).T[[0, 2]] * _MILLI
-
-
-def _area(corners: Array):
-    require("figures")
-    from matplotlib.patches import Polygon as Patch
-
-    return Patch(corners, facecolor="0.92", edgecolor="0.3")
-
-
-def _line_at(pad: Pad, y: float):
-    from shapely import LineString
-
-    return LineString([(-pad.size[0], y), (pad.size[0], y)])
