@@ -110,19 +110,20 @@ class Unit:
 
 def units(settings: StudySettings) -> Iterator[Unit]:
     """All units of the study, longest first."""
-    for law in STUDIED_LAWS:
-        for layers in LAYERS:
-            common = {"law": law, "layers": layers, "seeds": settings.seeds, "fidelity": settings.fidelity}
-            yield Unit(study="force", variant="as studied", iterations=settings.magnitude_iterations, **common)
-    for law in STUDIED_LAWS:
-        for layers in LAYERS:
-            common = {"law": law, "layers": layers, "seeds": settings.seeds, "fidelity": settings.fidelity}
-            for variant in SHAPE_VARIANTS if settings.variants else ("as studied",):
-                yield Unit(study="shape", variant=variant, iterations=settings.shape_iterations, **common)
-            for variant in FORCE_VARIANTS if settings.variants else ():
-                if layers == 1 and variant == "maxima over the largest of all layers":
-                    continue  # one layer has one maximum
-                yield Unit(study="force", variant=variant, iterations=settings.variant_iterations, **common)
+    common: list[dict[str, Any]] = [
+        {"law": law, "layers": layers, "seeds": settings.seeds, "fidelity": settings.fidelity}
+        for law in STUDIED_LAWS
+        for layers in LAYERS
+    ]
+    for one in common:
+        yield Unit(study="force", variant="as studied", iterations=settings.magnitude_iterations, **one)
+    for one in common:
+        for variant in SHAPE_VARIANTS if settings.variants else ("as studied",):
+            yield Unit(study="shape", variant=variant, iterations=settings.shape_iterations, **one)
+        for variant in FORCE_VARIANTS if settings.variants else ():
+            if one["layers"] == 1 and variant == "maxima over the largest of all layers":
+                continue  # one layer has one maximum
+            yield Unit(study="force", variant=variant, iterations=settings.variant_iterations, **one)
 
 
 def kept_path(unit: Unit, influence: InfluenceMatrices) -> Path:
