@@ -81,7 +81,7 @@ def evaluate(
     influence = influence_matrices(fidelity=chosen, progress=progress)
     pairs = recognisers(folder)
     with tempfile.TemporaryDirectory() as scratch:
-        spec = parse_spec(press_spec(seed, settings.presses, settings.fidelity, influence.fidelity.law))
+        spec = parse_spec(_spec_values(seed, settings.presses, settings.fidelity, influence.fidelity.law))
         make_dataset(spec, Path(scratch), workers=workers, progress=progress)
         data = read_dataset(Path(scratch))
     return {
@@ -122,15 +122,8 @@ def recognisers(folder: Path | None = None) -> dict[str, tuple[ForceRecogniser, 
     }
 
 
-def press_spec(seed: int, presses: int, fidelity: str, law: str) -> dict[str, Any]:
-    """The random presses of an evaluation as the values of a dataset's TOML file.
-
-    Args:
-        seed: seed of the presses.
-        presses: number of presses.
-        fidelity: a preset by name.
-        law: contact law.
-    """
+def _spec_values(seed: int, presses: int, fidelity: str, law: str) -> dict[str, Any]:
+    """The random presses of an evaluation as the values of a dataset's TOML file."""
     return {
         "seed": seed,
         "presses": presses,
