@@ -62,7 +62,8 @@ def contact_load(
         tilt: "free": the body tilts until it carries the given moments. "fixed": it keeps its orientation, so that the
             moments about x and y follow from the contact; the residual is the difference to given ones. Law "uniform"
             ignores this option.
-        cells: number of contact cells of laws "foundation" and "elastic"; by default that of the fidelity.
+        cells: number of contact cells of laws "foundation" and "elastic"; by default that of the fidelity. A flat face
+            that is wide for the pad's thickness gets more, up to 200, unless shear sticks or slips.
 
     Returns:
         The load, computed by the compiled core; sensors of the plugin have the same load for the same contact. The

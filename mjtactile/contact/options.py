@@ -16,6 +16,7 @@ from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.fidelity import CONTACT_LAWS as LAWS
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.pad import Pad
 from mjtactile.pad_shape.core_surface import core_surface
 from mjtactile.units import finite_number, is_whole, real_numbers
 
@@ -48,6 +49,14 @@ class ContactOptions:
     def choice(self) -> TangentialChoice:
         """Properties of the tangential choice."""
         return TANGENTIAL_CHOICES[self.tangential]
+
+    def widest_cells(self, pad: Pad) -> float:
+        """Width [m] of a flat face's cells above which it gets more of them, up to a bound; 0 for no such width.
+
+        A pressure that jumps from cell to cell shears a sheet that is thinner than a cell is wide, where the true one
+        does not. Shear with a compliance of its own is too slow for more cells.
+        """
+        return pad.thickness if self.contact_law.shapes and not self.choice.couples else 0.0
 
     def with_friction(self) -> ContactOptions:
         """The options unchanged, after checking that friction is given if the tangential choice needs it.

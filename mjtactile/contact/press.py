@@ -108,9 +108,9 @@ class _CurvedFootprint(_CoreFootprint):
             np.ctypeslib.as_array(to, (count,))[:] = heights
 
 
-def _core_footprint(footprint: Footprint, cells: int) -> _CoreFootprint:
+def _core_footprint(footprint: Footprint, cells: int, widest: float) -> _CoreFootprint:
     if footprint.gap is None:
-        made, place = placed_cells(footprint.outline, cells)
+        made, place = placed_cells(footprint.outline, cells, widest)
         return _CoreFootprint(library().mjt_footprint_flat(made.handle, pointer(place)))
     return _CurvedFootprint(footprint)
 
@@ -143,6 +143,7 @@ class Press:
         if options.choice.couples:
             give_shear(pad, influence)
         self._surface, self._options = influence.surface, options
+        self._widest = options.widest_cells(influence.pad)
         core = library()
         self._handle = ctypes.c_void_p(
             core.mjt_press_new(
@@ -175,7 +176,7 @@ class Press:
                     f"the footprint was made on {one.surface.summary}, but the pad's is {self._surface.summary}. "
                     "Make it with influence.surface of the pad that is pressed."
                 )
-        made = [_core_footprint(one, self._options.cells) for one in footprints]
+        made = [_core_footprint(one, self._options.cells, self._widest) for one in footprints]
         handles = (ctypes.c_void_p * count)(*(one.handle for one in made))
         forces = _doubles([part for wrench in wrenches for part in (*wrench.force.tolist(), *wrench.moment.tolist())])
         points = _doubles([coordinate for footprint in footprints for coordinate in footprint.centroid])

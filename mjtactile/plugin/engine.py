@@ -24,6 +24,7 @@ class Instance(ctypes.Structure):
         ("tolerance", ctypes.c_double),
         ("facing_gap", ctypes.c_double),
         ("strength", ctypes.c_double),
+        ("widest", ctypes.c_double),
         ("size_tolerance", ctypes.c_double),
         ("taxels", ctypes.c_int),
         ("law", ctypes.c_char * 16),

@@ -84,7 +84,7 @@ def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...],
     to.pad = tables.handle.value
     tables.give("tiles", lambda: _give_tiles(tables, geometry))
     to.law, to.tangential = core_names(options)
-    to.cells = options.cells
+    to.cells, to.widest = options.cells, options.widest_cells(geometry)
     to.friction = -1.0 if how.friction is None else how.friction
     to.tolerance, to.facing_gap, to.strength = POSE_TOLERANCE, how.facing_gap, layer.young
     to.size_tolerance = SIZE_TOLERANCE

@@ -34,7 +34,7 @@ void copy(const double* from, Matrix& to) {
 
 }  // namespace
 
-int mjt_version(void) { return 17; }
+int mjt_version(void) { return 18; }
 
 int mjt_knows(const char* law, const char* tangential) {
   return law_named(law) != nullptr && tangential_named(tangential) != nullptr;
@@ -220,12 +220,13 @@ double* copy(const std::vector<Point>& points, double* to) {
 mjt_cells* mjt_face_cells(size_t rings, const size_t* begins, const double* corners, size_t count, double angle) {
   static thread_local FaceCells maker;
   auto face = std::make_shared<Face>();
-  if (!maker.make(outline_of(rings, begins, corners), count, *face, angle)) return nullptr;
+  if (!maker.make(outline_of(rings, begins, corners), {count}, *face, angle)) return nullptr;
   return new mjt_cells{std::move(face)};
 }
 
-mjt_cells* mjt_placed_cells(size_t rings, const size_t* begins, const double* corners, size_t count, double* place) {
-  PlacedCells found = placed_cells(outline_of(rings, begins, corners), count);
+mjt_cells* mjt_placed_cells(size_t rings, const size_t* begins, const double* corners, size_t count, double widest,
+                            double* place) {
+  PlacedCells found = placed_cells(outline_of(rings, begins, corners), {count, widest});
   if (found.face == nullptr) return nullptr;
   place[0] = found.at.x, place[1] = found.at.y, place[2] = found.angle;
   return new mjt_cells{std::move(found.face)};

@@ -123,9 +123,9 @@ struct mjt_cells;
 MJT_API mjt_cells* mjt_face_cells(size_t rings, const size_t* begins, const double* corners, size_t count,
                                   double angle);
 /* The same along the outline's own direction, see placed_cells. Outlines that differ by a rigid motion only share their
-   cells. place (3): placement of the cells, x, y [m] and angle [rad]. */
+   cells. widest: see CellCount. place (3): placement of the cells, x, y [m] and angle [rad]. */
 MJT_API mjt_cells* mjt_placed_cells(size_t rings, const size_t* begins, const double* corners, size_t count,
-                                    double* place);
+                                    double widest, double* place);
 /* The data of cells, see Face. sizes (5): numbers of cells, edges, corners of the outline's hull and of the centroids'
    hull, and whether the outline is convex. quadrature: (cells, 4, 2). If `centroids` is null, only sizes are set. */
 MJT_API void mjt_face_cells_copy(const mjt_cells* cells, size_t* sizes, double* centroids, double* areas,

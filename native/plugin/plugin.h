@@ -14,6 +14,7 @@ typedef struct mjt_instance {
   const mjt_pad* pad;
   int64_t context;   /* number by which Python knows the instance */
   double friction, tolerance, facing_gap, strength;
+  double widest;           /* flat faces get more cells where these would be wider [m]; 0: never */
   double size_tolerance;   /* largest difference between a pad's size and its geom's [m] */
   int taxels;
   char law[16], tangential[16];

@@ -14,8 +14,10 @@ constexpr double kSlow = 1e-3, kVerySlow = 5e-3;
 constexpr int kNoBody = -1;
 
 LawOptions options_of(const mjt_instance& resolved) {
-  return law_options(resolved.law, resolved.tangential, resolved.tilting, resolved.friction,
-                     static_cast<std::size_t>(resolved.cells), resolved.strength);
+  LawOptions options = law_options(resolved.law, resolved.tangential, resolved.tilting, resolved.friction,
+                                   static_cast<std::size_t>(resolved.cells), resolved.strength);
+  options.widest = resolved.widest;
+  return options;
 }
 
 }  // namespace

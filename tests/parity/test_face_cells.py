@@ -314,6 +314,15 @@ def test_outlines_that_differ_by_a_turn_and_a_shift_share_their_cells(name):
     assert placed.symmetric_difference(moved.convex_hull).area <= 1e-9 * moved.area
 
 
+def test_a_face_gets_more_cells_where_these_would_be_wider_than_asked_for():
+    sole = shapely.box(-0.1, -0.045, 0.1, 0.045)  # as large as 281 squares of 8 mm; at most 200 cells are added
+    smaller = [affinity.scale(sole, factor, factor) for factor in (0.7, 0.2)]
+    counts = [len(read(placed_cells(outline, 20, 8e-3)[0]).areas) for outline in (sole, *smaller)]
+    # Layouts come within a tenth of the wanted number, in its logarithm.
+    assert counts == pytest.approx([200, 138, 20], rel=0.15)
+    assert len(read(placed_cells(sole, 20)[0]).areas) == pytest.approx(20, rel=0.15)
+
+
 def test_rings_of_any_direction_and_order_are_the_same_outline():
     outer, hole = (shapely.Point(0, 0).buffer(radius).exterior for radius in (3e-3, 1e-3))
     ring = Polygon(outer, [hole])

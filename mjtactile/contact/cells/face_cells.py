@@ -31,8 +31,10 @@ class CoreCells:
         self._free(self.handle)
 
 
-def placed_cells(outline: Area, count: int) -> tuple[CoreCells, Array]:
+def placed_cells(outline: Area, count: int, widest: float = 0.0) -> tuple[CoreCells, Array]:
     """About `count` cells that fill an outline, and their placement: x, y [m] and angle [rad], (3,).
+
+    There are more, up to 200, where cells would be wider than `widest` on the average [m]; 0 stands for any width.
 
     Outlines that differ by a shift and a rotation only, such as those of a moving punch, share their cells, which are
     aligned with the outline.
@@ -42,7 +44,12 @@ def placed_cells(outline: Area, count: int) -> tuple[CoreCells, Array]:
     """
     (begins, corners), place = rings_of(outline), np.empty(3)
     handle = library().mjt_placed_cells(
-        ctypes.c_size_t(len(begins) - 1), pointer(begins), pointer(corners), ctypes.c_size_t(count), pointer(place)
+        ctypes.c_size_t(len(begins) - 1),
+        pointer(begins),
+        pointer(corners),
+        ctypes.c_size_t(count),
+        ctypes.c_double(widest),
+        pointer(place),
     )
     if handle is None:
         raise ContactError(

@@ -37,6 +37,7 @@ struct SideLimits {
   bool level;            // whether the body keeps its orientation, so that a side must lie parallel to the pad
   bool leaning;          // whether the body may tilt onto sides that lean far
   std::size_t cells;     // number of contact cells on a side
+  double widest;         // width [m] of cells above which there are more of them, see FaceCells; 0: never
 };
 
 // Geometry of all geoms of one body. Sides are computed when they are first used.

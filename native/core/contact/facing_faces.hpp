@@ -17,8 +17,9 @@ namespace mjtactile {
 // The faces that face one pad. Those that extend beyond the sheet are cut at its edge, and kept for the next step.
 class FacingFaces {
  public:
-  // `depth`: the pad's thickness [m]; `cells`: number of cells of a face.
-  FacingFaces(const Rectangle& sheet, double depth, std::size_t cells) : sheet_(sheet), depth_(depth), cells_(cells) {}
+  // `depth`: the pad's thickness [m]; `cells`: how many a cut face gets.
+  FacingFaces(const Rectangle& sheet, double depth, const CellCount& cells)
+      : sheet_(sheet), depth_(depth), cells_(cells) {}
 
   // The flat face with which a body faces the pad, cut at the sheet's edge, and its placement. Null if there is none.
   std::shared_ptr<const Face> towards(const Touch& touch, Placement& placement);
@@ -39,7 +40,7 @@ class FacingFaces {
 
   Rectangle sheet_;
   double depth_;
-  std::size_t cells_;
+  CellCount cells_;
   std::list<CutFace> known_;   // latest used first
   FaceCells cutter_;
 };

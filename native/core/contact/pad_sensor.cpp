@@ -80,7 +80,7 @@ void add_rim(const SolvedCells& solved, std::vector<Segment>& edges) {
 
 PadSensor::PadSensor(std::shared_ptr<const Pad> pad, LawOptions options, double facing_gap, double tolerance)
     : pad_(std::move(pad)), options_(options), facing_gap_(facing_gap), tolerance_(tolerance),
-      faces_(pad_->surface().sheet(), pad_->depth(), options.cells),
+      faces_(pad_->surface().sheet(), pad_->depth(), {options.cells, options.widest}),
       response_(std::visit([this](const auto& maps) -> decltype(response_) {
         return Response(maps, pad_->has_mean());
       }, pad_->maps())) {

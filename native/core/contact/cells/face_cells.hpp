@@ -12,6 +12,12 @@
 
 namespace mjtactile {
 
+// How many contact cells are wanted.
+struct CellCount {
+  std::size_t count;     // about so many
+  double widest = 0.0;   // more, up to a bound, where they would be wider than this on the average [m]; 0: never
+};
+
 // Makes contact cells. It keeps its memory between calls.
 //
 // One or two rings of narrow pieces follow the outline, because pressure is singular there (docs/contact.md). A lattice
@@ -19,10 +25,10 @@ namespace mjtactile {
 // that its edges enclose, so that the cells' areas and nodal forces add up to those of the outline.
 class FaceCells {
  public:
-  // Divide an outline [m] into about `count` cells. Sets all members of the face that depend on its cells: not its
-  // rotation, height, slopes and `cut`. Sides of the squares are along the axes turned by `angle` [rad]. False if the
-  // outline encloses no area or crosses itself.
-  bool make(const Outline& outline, std::size_t count, Face& face, double angle = 0.0);
+  // Divide an outline [m] into about the wanted number of cells. Sets all members of the face that depend on its cells:
+  // not its rotation, height, slopes and `cut`. Sides of the squares are along the axes turned by `angle` [rad]. False if
+  // the outline encloses no area or crosses itself.
+  bool make(const Outline& outline, const CellCount& wanted, Face& face, double angle = 0.0);
 
  private:
   // A closed ring of points: those from `first` to before `last` in a list.

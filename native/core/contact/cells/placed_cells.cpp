@@ -63,10 +63,11 @@ double direction_of_length(const Outline& outline, const Point& middle) {
 struct OutlineKey {
   std::vector<std::vector<std::pair<std::int64_t, std::int64_t>>> rings;
   double resolution;
-  std::size_t count;
+  CellCount wanted;
 
   bool operator==(const OutlineKey& other) const {
-    return count == other.count && resolution == other.resolution && rings == other.rings;
+    return wanted.count == other.wanted.count && wanted.widest == other.wanted.widest &&
+           resolution == other.resolution && rings == other.rings;
   }
 };
 
@@ -80,7 +81,7 @@ std::shared_ptr<const Face> make_face(const OutlineKey& key) {
     }
   }
   auto face = std::make_shared<Face>();
-  if (!maker.make(local, key.count, *face, 0.0)) return nullptr;
+  if (!maker.make(local, key.wanted, *face, 0.0)) return nullptr;
   return face;
 }
 
@@ -134,13 +135,13 @@ double own_direction(const Outline& outline) {
 
 }  // namespace
 
-PlacedCells placed_cells(const Outline& outline, std::size_t count) {
+PlacedCells placed_cells(const Outline& outline, const CellCount& wanted) {
   const Point origin = outline.rings.front().front();
   const double angle = own_direction(outline), cosine = std::cos(angle), sine = std::sin(angle);
   const Rectangle bounds = around(outline);
   // Corners are rounded to a grid, because rounding errors of a moving punch must not make it another shape.
   const double size = std::max(bounds.east - bounds.west, bounds.north - bounds.south);
-  OutlineKey key = {{}, std::exp2(std::floor(std::log2(kSameShape * size))), count};
+  OutlineKey key = {{}, std::exp2(std::floor(std::log2(kSameShape * size))), wanted};
   for (const std::vector<Point>& ring : outline.rings) {
     key.rings.emplace_back();
     for (const Point& corner : ring) {

@@ -2,10 +2,10 @@
 // moving punch, share their cells. The squares lie along the outline's own direction.
 #pragma once
 
-#include <cstddef>
 #include <memory>
 
 #include "contact/cells/face.hpp"
+#include "contact/cells/face_cells.hpp"
 #include "geometry/outline.hpp"
 
 namespace mjtactile {
@@ -16,8 +16,8 @@ struct PlacedCells {
   double angle;                       // of the face in the outline's frame [rad]
 };
 
-// About `count` cells for an outline with at least one corner. The cells of recent outlines are kept. It may be called
+// Cells for an outline with at least one corner. The cells of recent outlines are kept. It may be called
 // from several threads.
-PlacedCells placed_cells(const Outline& outline, std::size_t count);
+PlacedCells placed_cells(const Outline& outline, const CellCount& wanted);
 
 }  // namespace mjtactile

@@ -19,13 +19,14 @@ struct LawOptions {
   bool tilting = true;      // whether the body may tilt under its load
   double friction = -1.0;   // coefficient that bounds shear and torsion [-]; negative: no bound
   std::size_t cells = 0;    // wanted number of contact cells
+  double widest = 0.0;      // flat faces get more cells where these would be wider [m], see FaceCells; 0: never
   double strength = 0.0;    // largest pressure on a cell [Pa]; 0: no bound
   double facing_gap = 0.0;  // law "uniform" presses with parts of a body up to this height above the first touch [m]
   double narrowest = 0.0;   // least width of cells that taxels can resolve [m]
 
   bool operator==(const LawOptions& other) const {
     return law == other.law && tangential == other.tangential && tilting == other.tilting &&
-           friction == other.friction && cells == other.cells && strength == other.strength;
+           friction == other.friction && cells == other.cells && widest == other.widest && strength == other.strength;
   }
 };
 
