@@ -204,47 +204,6 @@ void face_axes(const Vector& up, double* rotation) {
   std::copy(up.begin(), up.end(), rotation + 6);
 }
 
-// Remove edges that two rings pass in opposite directions, so that adjacent pieces of one face become one outline.
-void join_pieces(Outline& outline, double same) {
-  std::vector<Point> corners;
-  std::vector<std::pair<std::size_t, std::size_t>> edges;
-  const auto number = [&](const Point& at) {
-    for (std::size_t k = 0; k < corners.size(); ++k) {
-      if (std::abs(corners[k].x - at.x) <= same && std::abs(corners[k].y - at.y) <= same) return k;
-    }
-    corners.push_back(at);
-    return corners.size() - 1;
-  };
-  for (const auto& ring : outline.rings) {
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-      const std::pair<std::size_t, std::size_t> edge = {number(ring[i]), number(ring[(i + 1) % ring.size()])};
-      if (edge.first == edge.second) continue;
-      const auto back = std::find(edges.begin(), edges.end(), std::pair{edge.second, edge.first});
-      if (back != edges.end()) {
-        edges.erase(back);
-      } else {
-        edges.push_back(edge);
-      }
-    }
-  }
-  outline.rings.clear();
-  while (!edges.empty()) {
-    std::vector<Point> ring;
-    const std::size_t begin = edges.back().first;
-    std::size_t at = edges.back().second;
-    ring.push_back(corners[begin]);
-    edges.pop_back();
-    while (at != begin) {
-      ring.push_back(corners[at]);
-      const auto next = std::find_if(edges.begin(), edges.end(), [at](const auto& edge) { return edge.first == at; });
-      if (next == edges.end()) return;  // not closed: the pieces do not fit together, and area is lost
-      at = next->second;
-      edges.erase(next);
-    }
-    outline.rings.push_back(std::move(ring));
-  }
-}
-
 double distance_to(const std::vector<Point>& hull, const Point& at) {
   if (holds(hull, at)) return 0.0;
   double least = kNowhere;
@@ -366,20 +325,7 @@ bool is_apart(const Rectangle& bounds, std::vector<Rectangle>& known) {
   return apart;
 }
 
-// Join a side's pieces into one outline. False if some of them overlap.
-bool join_side_by_side(Outline& outline) {
-  const double before = signed_area(outline);
-  join_pieces(outline, kFlatness);
-  bool apart = std::abs(signed_area(outline) - before) <= kBeside * before;
-  std::vector<Rectangle> known;
-  for (const auto& ring : outline.rings) {
-    if (signed_area(ring) < 0.0) continue;
-    apart = is_apart(around(ring), known) && apart;
-  }
-  return apart;
-}
-
-// Add all parts in the plane of parts[first], of any shapes, to a side. False if they overlap.
+// Add all parts in the plane of parts[first], of any shapes, to a side. False if they have no common outline.
 bool gather(const std::vector<Part>& parts, std::size_t first, std::vector<std::uint8_t>& done, FlatSide& side) {
   std::vector<Rectangle> known;
   bool apart = true;
@@ -396,7 +342,10 @@ bool gather(const std::vector<Part>& parts, std::size_t first, std::vector<std::
     apart = is_apart(around(own), known) && apart;
     std::move(own.rings.begin(), own.rings.end(), std::back_inserter(side.outline.rings));
   }
-  return apart || (!side.endless && join_side_by_side(side.outline));
+  if (apart) return true;
+  if (side.endless) return false;
+  side.outline = united(side.outline, kFlatness);
+  return !side.outline.rings.empty();
 }
 
 }  // namespace

@@ -6,11 +6,17 @@
 #include <cstdint>
 #include <utility>
 
+#include "geometry/polygon.hpp"
+#include "linalg/angles.hpp"
+
 namespace mjtactile {
 namespace {
 
 // Distance from a side of the sheet up to which a point lies on it, over the sheet's size.
 constexpr double kOnRim = 1e-9;
+
+// Distance from an edge at which is looked what lies beside it, over that of equal points.
+constexpr double kBeside = 1e-3;
 
 // Areas below this fraction of the rectangle's are rounding.
 constexpr double kNoArea = 1e-14;
@@ -121,6 +127,113 @@ void cut(const Side& side, Outline& outline, Workspace& workspace) {
   outline.rings.resize(used);
 }
 
+// Numbers of points. Points that are near each other have the same number.
+class Nodes {
+ public:
+  explicit Nodes(double same) : same_(same) {}
+  std::size_t number(const Point& at) {
+    for (std::size_t k = 0; k < points_.size(); ++k) {
+      if (std::abs(points_[k].x - at.x) <= same_ && std::abs(points_[k].y - at.y) <= same_) return k;
+    }
+    points_.push_back(at);
+    return points_.size() - 1;
+  }
+  const Point& operator[](std::size_t number) const { return points_[number]; }
+
+ private:
+  double same_;
+  std::vector<Point> points_;
+};
+
+Rectangle around(const Segment& edge) { return around(around(kNoRectangle, edge.start), edge.end); }
+
+Point between(const Segment& edge, double share) {
+  return {edge.start.x + share * (edge.end.x - edge.start.x), edge.start.y + share * (edge.end.y - edge.start.y)};
+}
+
+std::vector<Segment> edges_of(const Outline& outline) {
+  std::vector<Segment> edges;
+  for (const std::vector<Point>& ring : outline.rings) {
+    for (std::size_t i = 0; i < ring.size(); ++i) edges.push_back({ring[i], ring[(i + 1) % ring.size()]});
+  }
+  return edges;
+}
+
+// Add where two edges meet to the places at which each of them is cut, from 0 at its start to 1 at its end.
+void add_meetings(const Segment& one, const Segment& other, double same, std::vector<double>& of_one,
+                  std::vector<double>& of_other) {
+  const auto add_end = [same](const Segment& edge, const Point& end, std::vector<double>& to) {
+    const Point near = nearest_on(edge.start, edge.end, end);
+    if (!(std::hypot(near.x - end.x, near.y - end.y) <= same)) return;
+    const double x = edge.end.x - edge.start.x, y = edge.end.y - edge.start.y;
+    to.push_back(((near.x - edge.start.x) * x + (near.y - edge.start.y) * y) / (x * x + y * y));
+  };
+  add_end(one, other.start, of_one), add_end(one, other.end, of_one);
+  add_end(other, one.start, of_other), add_end(other, one.end, of_other);
+  const double from = left_of(other.start, other.end, one.start), to = left_of(other.start, other.end, one.end);
+  const double back = left_of(one.start, one.end, other.start), on = left_of(one.start, one.end, other.end);
+  if ((from < 0.0) == (to < 0.0) || (back < 0.0) == (on < 0.0)) return;
+  of_one.push_back(from / (from - to));
+  of_other.push_back(back / (back - on));
+}
+
+// An edge between two numbered points.
+using NodeEdge = std::pair<std::size_t, std::size_t>;
+
+// The edges, cut wherever they meet.
+std::vector<NodeEdge> cut_edges(const std::vector<Segment>& edges, double same, Nodes& nodes) {
+  std::vector<std::vector<double>> cuts(edges.size(), {0.0, 1.0});
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const Rectangle bounds = around(edges[i]);
+    const Rectangle near = {bounds.west - same, bounds.south - same, bounds.east + same, bounds.north + same};
+    for (std::size_t j = i + 1; j < edges.size(); ++j) {
+      if (!near.meets(around(edges[j]))) continue;
+      add_meetings(edges[i], edges[j], same, cuts[i], cuts[j]);
+    }
+  }
+  std::vector<NodeEdge> parts;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    std::sort(cuts[i].begin(), cuts[i].end());
+    std::size_t before = nodes.number(edges[i].start);
+    for (const double share : cuts[i]) {
+      const std::size_t next = nodes.number(between(edges[i], share));
+      if (next != before) parts.emplace_back(before, next);
+      before = next;
+    }
+  }
+  std::sort(parts.begin(), parts.end());
+  return parts;
+}
+
+// How many times edges run counter-clockwise around a point.
+int winding_number(const std::vector<NodeEdge>& edges, const Nodes& nodes, const Point& at) {
+  int winding = 0;
+  for (const auto& [first, second] : edges) {
+    const Point &start = nodes[first], &end = nodes[second];
+    if ((start.y <= at.y) == (end.y <= at.y)) continue;
+    const bool upward = start.y <= at.y;
+    if ((left_of(start, end, at) > 0.0) == upward) winding += upward ? 1 : -1;
+  }
+  return winding;
+}
+
+// Of the edges that start where one ends, the next along the area on its left: the first clockwise from the edge back.
+std::size_t next_edge(const std::vector<NodeEdge>& edges, const NodeEdge& one, const Nodes& nodes) {
+  const auto direction = [&nodes](std::size_t from, std::size_t to) {
+    return std::atan2(nodes[to].y - nodes[from].y, nodes[to].x - nodes[from].x);
+  };
+  const double back = direction(one.second, one.first);
+  std::size_t best = edges.size();
+  double least = 0.0;
+  for (std::size_t k = 0; k < edges.size(); ++k) {
+    if (edges[k].first != one.second) continue;
+    double turn = back - direction(edges[k].first, edges[k].second);
+    if (turn <= 0.0) turn += kTurn;
+    if (best == edges.size() || turn < least) best = k, least = turn;
+  }
+  return best;
+}
+
 }  // namespace
 
 double signed_area(const std::vector<Point>& ring) {
@@ -161,6 +274,38 @@ bool clip_outline(const Outline& outline, const Placement& placement, const Rect
   if (bounds.east > sheet.east) cut({0, sheet.east, -1.0}, result, workspace);
   if (bounds.north > sheet.north) cut({1, sheet.north, -1.0}, result, workspace);
   return signed_area(result) > kNoArea * sheet.area();
+}
+
+// Of the edges, those remain that have area on their left and none on their right.
+Outline united(const Outline& pieces, double same) {
+  Nodes nodes(same);
+  const std::vector<NodeEdge> edges = cut_edges(edges_of(pieces), same, nodes);
+  std::vector<NodeEdge> left;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (i > 0 && edges[i] == edges[i - 1]) continue;
+    const Point &a = nodes[edges[i].first], &b = nodes[edges[i].second];
+    const double beside = kBeside * same / std::hypot(b.x - a.x, b.y - a.y);
+    const Point middle = between({a, b}, 0.5), away = {beside * (b.y - a.y), beside * (a.x - b.x)};
+    const bool inside = winding_number(edges, nodes, {middle.x - away.x, middle.y - away.y}) > 0;
+    const bool beyond = winding_number(edges, nodes, {middle.x + away.x, middle.y + away.y}) > 0;
+    if (inside && !beyond) left.push_back(edges[i]);
+  }
+  Outline outline;
+  while (!left.empty()) {
+    std::vector<Point>& ring = outline.rings.emplace_back();
+    NodeEdge at = left.back();
+    const std::size_t begin = at.first;
+    left.pop_back();
+    ring.push_back(nodes[begin]);
+    while (at.second != begin) {
+      ring.push_back(nodes[at.second]);
+      const std::size_t next = next_edge(left, at, nodes);
+      if (next == left.size()) return {};
+      at = left[next];
+      left.erase(left.begin() + static_cast<std::ptrdiff_t>(next));
+    }
+  }
+  return outline;
 }
 
 double share_on_rim(const Outline& clipped, const Rectangle& sheet) {

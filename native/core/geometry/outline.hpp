@@ -16,6 +16,10 @@ struct Outline {
 // is left.
 bool clip_outline(const Outline& outline, const Placement& placement, const Rectangle& sheet, Outline& result);
 
+// The outline of what several pieces cover together. Pieces may overlap, lie side by side, and touch. Points within
+// `same` of each other are one [m]. Empty if that leaves no area, or no closed rings.
+Outline united(const Outline& pieces, double same);
+
 // The share of an outline's length, after it was clipped, that lies on the sheet's rim [-].
 double share_on_rim(const Outline& clipped, const Rectangle& sheet);
 
