@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import ClassVar
 
 
-@dataclass(frozen=True)
 class TangentialChoice:
     """How shear is distributed over the area under pressure.
 
@@ -15,22 +14,33 @@ class TangentialChoice:
         slips: whether cells slip at the limit of friction, so that a coefficient is needed.
     """
 
-    name: str
-    couples: bool = True
-    slips: bool = False
+    name: ClassVar[str]
+    couples: ClassVar[bool] = True
+    slips: ClassVar[bool] = False
 
 
-_CHOICES = (
-    # Shear proportional to the pressure, as in sliding, plus a rotational part for the torsion.
-    TangentialChoice("proportional", couples=False),
-    # The surface does not move relative to the body.
-    TangentialChoice("stick"),
-    # The surface sticks below the limit of friction and slips at it, without history of loading.
-    TangentialChoice("coulomb", slips=True),
-)
+class Proportional(TangentialChoice):
+    """Shear proportional to the pressure, as in sliding, plus a rotational part for the torsion."""
+
+    name = "proportional"
+    couples = False
+
+
+class Stick(TangentialChoice):
+    """The surface does not move relative to the body."""
+
+    name = "stick"
+
+
+class Coulomb(TangentialChoice):
+    """The surface sticks below the limit of friction and slips at it, without history of loading."""
+
+    name = "coulomb"
+    slips = True
+
 
 #: All choices by name.
-TANGENTIAL_CHOICES: dict[str, TangentialChoice] = {one.name: one for one in _CHOICES}
+TANGENTIAL_CHOICES: dict[str, TangentialChoice] = {one.name: one for one in (Proportional(), Stick(), Coulomb())}
 #: Their names, the default first.
 TANGENTIALS = tuple(TANGENTIAL_CHOICES)
 #: Names of those that need no coefficient of friction.
