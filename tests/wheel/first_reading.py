@@ -5,6 +5,7 @@ is not installed. Readings at fidelity "fast" need no table to be built.
 """
 
 import os
+import platform
 import sys
 import tempfile
 from importlib import import_module
@@ -45,6 +46,7 @@ def main() -> None:
 
     import mjtactile
 
+    check_instruction_set()
     sensor = mjtactile.TactileSensor(model, "touch")
     np.testing.assert_allclose(sensor.read(data), by_plugin, rtol=1e-6)
     weight = 0.05 * 9.81
@@ -68,6 +70,17 @@ def main() -> None:
         assert 'pip install "mjtactile[torch]"' in said, said
     found = "through import mujoco alone" if BY_ENTRY_POINT else "through import mjtactile"
     print(f"MuJoCo {mujoco.__version__}: the plugin reads {found}; sensor and recognisers work")
+
+
+def check_instruction_set() -> None:
+    """Check that the core uses the widest kernels for this processor, which a wheel's compiler must not leave out."""
+    from mjtactile._native import instruction_set
+
+    listed = Path("/proc/cpuinfo")
+    if platform.machine() == "x86_64" and listed.exists():
+        flags = set(listed.read_text().split())
+        best = next((name for name, flag in (("avx512", "avx512f"), ("avx2", "avx2")) if flag in flags), "plain")
+        assert instruction_set() == best, (instruction_set(), best)
 
 
 if __name__ == "__main__":

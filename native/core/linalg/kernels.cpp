@@ -5,8 +5,33 @@
 
 #include "linalg/kernels_sets.hpp"
 
+#ifdef MJTACTILE_X86
+#include <cpuid.h>
+#endif
+
 namespace mjtactile {
 namespace {
+
+#ifdef MJTACTILE_X86
+// Wide instruction sets that the processor has and whose registers the operating system saves. The processor is asked
+// itself: __builtin_cpu_supports asks the compiler's run-time library, and that of Zig, which wheels are compiled with,
+// denies every instruction set.
+struct Processor {
+  bool avx2 = false, avx512 = false;
+
+  Processor() {
+    unsigned eax, ebx, ecx, edx;
+    if (!__get_cpuid(1, &eax, &ebx, &ecx, &edx) || !(ecx & bit_OSXSAVE)) return;
+    const bool has_fma_and_halves = (ecx & bit_FMA) && (ecx & bit_F16C);
+    unsigned saved, upper;  // one bit for each kind of registers that the operating system saves
+    __asm__("xgetbv" : "=a"(saved), "=d"(upper) : "c"(0));
+    if (!has_fma_and_halves || !__get_cpuid_count(7, 0, &eax, &ebx, &ecx, &edx)) return;
+    constexpr unsigned kAvx = 0x06, kAvx512 = 0xe6;  // xmm, ymm; also mask registers and both parts of zmm
+    avx2 = (ebx & bit_AVX2) && (saved & kAvx) == kAvx;
+    avx512 = avx2 && (ebx & bit_AVX512F) && (saved & kAvx512) == kAvx512;
+  }
+};
+#endif
 
 struct Set {
   const Kernels* kernels;
@@ -15,10 +40,10 @@ struct Set {
 
 const Set* sets(std::size_t& count) {
 #ifdef MJTACTILE_X86
+  static const Processor processor;
   static const Set all[] = {
-      {&avx512::kKernels, __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("fma")},
-      {&avx2::kKernels,
-       __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("f16c")},
+      {&avx512::kKernels, processor.avx512},
+      {&avx2::kKernels, processor.avx2},
       {&plain::kKernels, true},
   };
 #else
