@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 #: From this version on MuJoCo finds plugins by itself.
 _FINDS_PLUGINS = (4, 0)
+#: What MuJoCo says when a plugin cannot do what a model asks of it.
+_REFUSED = "plugin->init failed"
 #: A model with one pad, compiled in a process of its own.
 _MODEL = (
     '<mujoco><extension><plugin plugin="mjtactile.pad"/></extension><worldbody>'
@@ -196,11 +198,13 @@ def _look_at_the_plugin() -> Finding:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     if done.returncode == 0:
         return Finding("plugin", f"registers by `{imports}`")
-    lines = done.stderr.strip().splitlines()
-    errors = [line for line in lines if line.partition(":")[0].endswith("Error")]
-    said = errors or lines or [f"exit code {done.returncode}"]
-    cure = "Install mjtactile again, so that its entry point is known to this Python." if alone else said[-1]
-    return Finding("plugin", f"does not register by `{imports}`: {said[-1]}", cure)
+    lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
+    errors = [number for number, line in enumerate(lines) if line.partition(":")[0].endswith("Error")]
+    said, *more = lines[errors[-1] if errors else -1 :]
+    if _REFUSED in said and more:  # the plugin is there, and its own words follow MuJoCo's
+        return Finding("plugin", f"registers by `{imports}`, but refuses a model", more[0])
+    cure = "Install mjtactile again, so that its entry point is known to this Python." if alone else said
+    return Finding("plugin", f"does not register by `{imports}`: {said}", cure)
 
 
 def _look_at_the_tables() -> Finding:

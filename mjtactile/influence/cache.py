@@ -14,7 +14,7 @@ import numpy as np
 
 from mjtactile._progress import progress_bar, say
 from mjtactile._types import Tables
-from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, StaleInfluenceError
+from mjtactile.errors import CorruptInfluenceError, InfluenceError, InfluenceWarning, StaleInfluenceError
 from mjtactile.fem.mesh import warn_if_coarser
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_summary
 from mjtactile.influence.matrices import InfluenceMatrices, read_influence
@@ -39,13 +39,23 @@ _SILENT_WAIT, _WAIT_BETWEEN_LINES = 2.0, 60.0
 
 
 def cache_directory() -> Path:
-    """Folder of the cached tables: $MJTACTILE_CACHE, or the user's cache folder."""
-    chosen = os.environ.get(CACHE_VARIABLE)
-    if chosen:
-        return Path(chosen).expanduser()
+    """Folder of the cached tables: $MJTACTILE_CACHE, or the user's cache folder.
+
+    Raises:
+        InfluenceError: that folder lies in a home folder, and the system does not know of one.
+    """
     from platformdirs import user_cache_path
 
-    return user_cache_path("mjtactile")
+    chosen = os.environ.get(CACHE_VARIABLE)
+    try:
+        # Some versions of platformdirs leave the "~" of an unknown home folder in the path.
+        return (Path(chosen) if chosen else user_cache_path("mjtactile")).expanduser()
+    except RuntimeError as error:
+        raise InfluenceError(
+            f"the folder of the tables is {chosen or 'in the home folder of this user'}, and the system knows no such "
+            f"home folder (the variable HOME is not set, or there is no such user). Name a folder that can be written "
+            f"in the variable {CACHE_VARIABLE}, as in {CACHE_VARIABLE}=/tmp/mjtactile."
+        ) from error
 
 
 def cached_path(pad: Pad, fidelity: str | Fidelity = DEFAULT) -> Path:

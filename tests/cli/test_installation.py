@@ -53,6 +53,14 @@ def test_the_doctor_says_how_to_mend_a_cache_that_cannot_be_written(tmp_path):
     assert "MJTACTILE_CACHE" in found["cure"]
 
 
+def test_the_doctor_says_how_to_mend_a_cache_in_an_unknown_home():
+    done = run("doctor", "--json", MJTACTILE_CACHE="~no-such-user/cache")
+    wrong = {finding["about"]: finding["cure"] for finding in json.loads(done.stdout) if finding["cure"]}
+    assert set(wrong) == {"plugin", "tables", "cache"}
+    assert all("MJTACTILE_CACHE" in cure for cure in wrong.values())
+    assert done.stderr == ""
+
+
 def test_the_doctor_says_how_to_mend_a_missing_core(tmp_path):
     done = run("doctor", MJTACTILE_LIBRARY=tmp_path / "nowhere.so", MJTACTILE_CACHE=tmp_path)
     assert done.returncode == 1

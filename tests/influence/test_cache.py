@@ -22,7 +22,7 @@ import mjtactile.influence.cache
 import mjtactile.influence.low_rank
 import mjtactile.influence.provenance
 from mjtactile.attach import attach_pad
-from mjtactile.errors import InfluenceWarning, MeshError, PresetError
+from mjtactile.errors import InfluenceError, InfluenceWarning, MeshError, PresetError
 from mjtactile.fidelity import Fidelity, MeshDensity, as_fidelity
 from mjtactile.influence.cache import CACHE_VARIABLE, build_influence, cache_directory, cached_path, influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
@@ -384,6 +384,22 @@ def test_cache_is_where_the_variable_says(cache, monkeypatch):
     assert cache_directory() == Path.home() / "elsewhere"
     monkeypatch.delenv(CACHE_VARIABLE)
     assert cache_directory().name == "mjtactile"
+
+
+@pytest.mark.parametrize("chosen", [None, "~/tables", "~no-such-user/tables"])
+def test_a_home_folder_that_nobody_knows_is_an_error_that_says_what_to_set(chosen, monkeypatch):
+    """As for a user id of a container that the container has no user for."""
+
+    def unknown(_user):
+        raise KeyError("no such user")
+
+    monkeypatch.setattr("pwd.getpwuid", unknown)
+    for name in ("HOME", "XDG_CACHE_HOME", CACHE_VARIABLE):
+        monkeypatch.delenv(name, raising=False)
+    if chosen is not None:
+        monkeypatch.setenv(CACHE_VARIABLE, chosen)
+    with pytest.raises(InfluenceError, match=f"no such home folder.*in the variable {CACHE_VARIABLE}"):
+        influence_matrices(fidelity="fast", progress=False)
 
 
 def test_progress_counts_every_step():
