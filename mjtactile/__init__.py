@@ -13,8 +13,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from mjtactile import dataset as dataset
     from mjtactile import envs as envs
+    from mjtactile import hands as hands
+    from mjtactile import lerobot as lerobot
     from mjtactile import recognition
+    from mjtactile import torch as torch
+    from mjtactile import transducer as transducer
+    from mjtactile import view as view
     from mjtactile.attach import attach_pad
     from mjtactile.contact.contact_load import contact_load, contact_loads
     from mjtactile.contact.footprint import Footprint

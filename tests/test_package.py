@@ -1,8 +1,10 @@
 """What `import mjtactile` promises: every public name, and nothing heavy."""
 
+import ast
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -21,6 +23,12 @@ def test_every_public_name_resolves(name):
 def test_what_the_pages_call_by_its_full_name_is_there_after_one_import(name):
     code = f"import mjtactile; assert callable(mjtactile.{name})"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_type_checkers_know_every_package_that_is_an_attribute():
+    tree = ast.parse(Path(mjtactile.__file__).read_text())
+    imported = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module == "mjtactile"]
+    assert {name.name for node in imported for name in node.names} == set(mjtactile._PACKAGES)
 
 
 @pytest.mark.parametrize(
