@@ -27,6 +27,8 @@ _MOST_ELEMENT_LAYERS = 400
 _GROWTH = 1.5
 #: Angle that a body rolls through from the middle of a pad to a side, from which on elements are of one size [rad].
 _ROLLING = math.radians(30.0)
+#: Decimals of a vertex [m] in a table's fingerprint.
+_PICOMETRES = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,8 +103,12 @@ def _rolling_shares(pad: Pad) -> tuple[float, float]:
 
 
 def mesh_description(mesh: SheetMesh, density: MeshDensity) -> dict[str, object]:
-    """The mesh's part of a table's fingerprint, as plain numbers."""
-    lines = {name: getattr(mesh, name).vertices.tolist() for name in "xyz"}
+    """The mesh's part of a table's fingerprint, as plain numbers.
+
+    Vertices are rounded: their last bits depend on NumPy's version and on the processor's instructions, and a table
+    must fit the same pad on every machine. Zero has no sign, for the same reason.
+    """
+    lines = {name: (np.round(getattr(mesh, name).vertices, _PICOMETRES) + 0.0).tolist() for name in "xyz"}
     return {**lines, "points_per_axis": asdict(density)["points_per_axis"]}
 
 

@@ -17,13 +17,14 @@ import pytest
 from filelock import FileLock
 from small_pads import COARSE, LAYERED_PAD
 
+import mjtactile.fem.mesh
 import mjtactile.influence.build
 import mjtactile.influence.cache
 import mjtactile.influence.low_rank
 import mjtactile.influence.provenance
 from mjtactile.attach import attach_pad
 from mjtactile.errors import InfluenceError, InfluenceWarning, MeshError, PresetError
-from mjtactile.fidelity import Fidelity, MeshDensity, as_fidelity
+from mjtactile.fidelity import PRESETS, Fidelity, MeshDensity, as_fidelity
 from mjtactile.influence.cache import CACHE_VARIABLE, build_influence, cache_directory, cached_path, influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.influence.storage import in_storage, narrowing_steps, plain_fidelity
@@ -214,6 +215,17 @@ def test_new_format_version_is_built_anew(builds, monkeypatch):
     )
     tiny()
     assert len(builds) == 2
+
+
+@pytest.mark.parametrize("fidelity", PRESETS)
+def test_a_table_fits_on_machines_whose_numpy_rounds_otherwise(fidelity, monkeypatch):
+    """As of another version of NumPy, or on a processor without some instructions."""
+    mesh, density = mjtactile.fem.mesh, as_fidelity(fidelity).density
+    here, graded = cached_path(Pad(), fidelity), mesh._graded_sizes
+    vertices = mesh.sheet_mesh(Pad(), density).z.vertices
+    monkeypatch.setattr(mesh, "_graded_sizes", lambda *arguments: np.nextafter(graded(*arguments), 1.0))
+    assert (mesh.sheet_mesh(Pad(), density).z.vertices != vertices).any()
+    assert cached_path(Pad(), fidelity) == here
 
 
 def test_without_cache_nothing_is_read_or_written(builds, cache):
