@@ -96,6 +96,7 @@ def _draw_map(axes: Axes, pad: Pad, readings: Array, layer: int, outline: Polygo
 
 def _discs(feet: Array, radii: Array, values: Array) -> PatchCollection:
     """Taxels seen from above, as discs with the radii of their balls [mm]; upper taxels cover lower ones."""
+    require("figures")
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Circle
 
@@ -136,6 +137,7 @@ def _free_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | Mult
 
 def _draw_stack(axes: Axes, pad: Pad, y: float) -> None:
     """Draw surface, base and layers of the pad in the plane at y [m]."""
+    require("figures")
     from matplotlib.patches import Polygon as Patch
 
     half_width = pad.size[0] / 2

@@ -105,6 +105,7 @@ class Part:
 
     def table(self, *, readings: bool) -> pa.Table:
         """The columns, with or without the readings."""
+        require("dataset")
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -124,6 +125,7 @@ def read_part(path: Path) -> Part:
         DamagedPartError: it is damaged, or has the name of another part.
         DatasetError: it is another kind of file.
     """
+    require("dataset")
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -151,6 +153,7 @@ def read_part(path: Path) -> Part:
 
 def part_schema(reading_shape: Sequence[int]) -> pa.Schema:
     """Columns of a part, in order."""
+    require("dataset")
     import pyarrow as pa
 
     text, number, flag = pa.string(), pa.float64(), pa.bool_()
@@ -163,6 +166,7 @@ def part_schema(reading_shape: Sequence[int]) -> pa.Schema:
 
 def _is_foreign(content: bytes) -> bool:
     """Whether a file is a valid Parquet file without this package's metadata."""
+    require("dataset")
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -236,6 +240,7 @@ def _influence(pad: Pad, fidelity: str) -> InfluenceMatrices:
 
 
 def _table(spec: DatasetSpec, part: tuple[int, int], columns: dict[str, np.ndarray]) -> pa.Table:
+    require("dataset")
     import pyarrow as pa
 
     from mjtactile._installed import __version__
@@ -373,6 +378,7 @@ def _chosen(workers: object) -> Workers:
 
 def _rows(path: Path) -> int:
     """Number of presses in a part."""
+    require("dataset")
     import pyarrow.parquet as pq
 
     with path.open("rb") as file:  # Arrow cannot open names that are not UTF-8
