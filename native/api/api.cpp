@@ -243,8 +243,7 @@ void mjt_face_cells_copy(const mjt_cells* cells, size_t* sizes, double* centroid
   std::copy(face.areas.begin(), face.areas.end(), areas);
   std::copy(face.inverse_distance.begin(), face.inverse_distance.end(), inverse_distance);
   for (const CellEdge& edge : face.edges) {
-    ends = std::copy(edge.start, edge.start + 2, ends);
-    ends = std::copy(edge.end, edge.end + 2, ends);
+    for (const Point& end : {edge.start, edge.end}) *ends++ = end.x, *ends++ = end.y;
     *sides++ = edge.left, *sides++ = edge.right;
   }
   copy(face.corners, corners);

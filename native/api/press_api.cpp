@@ -276,7 +276,7 @@ size_t mjt_press_edges(const mjt_press* press, size_t body, double* ends, int32_
   if (solved.contact == nullptr) return 0;
   for (const CellEdge& edge : solved.face->edges) {
     if (ends == nullptr) break;
-    for (const double* end : {edge.start, edge.end}) {
+    for (const Point& end : {edge.start, edge.end}) {
       const Point at = on_pad(solved, end);
       *ends++ = at.x, *ends++ = at.y;
     }

@@ -26,8 +26,8 @@ double borne_by(const CellContact& contact) {
 
 }  // namespace
 
-Point on_pad(const SolvedCells& solved, const double* at) {
-  return solved.bent == nullptr ? solved.placement({at[0], at[1]}) : solved.bent->plane().on_pad(at);
+Point on_pad(const SolvedCells& solved, const Point& at) {
+  return solved.bent == nullptr ? solved.placement(at) : solved.bent->plane().on_pad(at);
 }
 
 void BodyPress::turn(const Touch& touch) {

@@ -40,7 +40,7 @@ struct SolvedCells {
 };
 
 // The point of the surface, along x and y in the pad frame, of a point of the cells' face [m].
-Point on_pad(const SolvedCells& solved, const double* at);
+Point on_pad(const SolvedCells& solved, const Point& at);
 
 class BodyPress {
  public:

@@ -205,7 +205,7 @@ bool PadSensor::press_points(const Touch& seen, const BodyPress& press, std::siz
   note_range(touch, carried, std::max(points_.area(), static_cast<double>(points_.face().cells()) * wide * wide), 0.0);
   pressed_.peak = std::max(pressed_.peak, points_.peak());
   note_carried(seen, carried);
-  const auto here = [plane](const double* at) { return plane == nullptr ? Point{at[0], at[1]} : plane->on_pad(at); };
+  const auto here = [plane](const Point& at) { return plane == nullptr ? at : plane->on_pad(at); };
   for (const CellEdge& edge : points_.face().edges) {
     if (keeps_forces_) rims_[place].push_back({here(edge.start), here(edge.end)});
   }

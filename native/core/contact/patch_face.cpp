@@ -486,7 +486,7 @@ void PatchFace::integrate_shear(ShearIntegrals& integrals) const {
 // Make the cells' edges. Neighbouring whole cells share an edge; a cell that is covered in part has four of its own.
 void PatchFace::add_edges() {
   const auto add = [&](const Point& start, const Point& end, std::int32_t left, std::int32_t right) {
-    face_.edges.push_back({{start.x, start.y}, {end.x, end.y}, left, right});
+    face_.edges.push_back({start, end, left, right});
   };
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     const Cell& cell = cells_[i];

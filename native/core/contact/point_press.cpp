@@ -50,10 +50,7 @@ void PointPress::add_square(const ContactPoint& point, const Options& options) {
   const double y = std::min(std::max(at.y, sheet.south + half), sheet.north - half);
   const auto own = static_cast<std::int32_t>(face_.areas.size());
   const Point corners[4] = {{x - half, y - half}, {x + half, y - half}, {x + half, y + half}, {x - half, y + half}};
-  for (int k = 0; k < 4; ++k) {
-    const Point &start = corners[k], &end = corners[(k + 1) % 4];
-    face_.edges.push_back({{start.x, start.y}, {end.x, end.y}, own, -1});
-  }
+  for (int k = 0; k < 4; ++k) face_.edges.push_back({corners[k], corners[(k + 1) % 4], own, -1});
   face_.centroids.push_back({x, y});
   face_.areas.push_back(4 * half * half);
   area_ += face_.areas.back();
@@ -78,7 +75,7 @@ void PointPress::nodal_forces(const SurfaceGrid& grid, double* carried, double* 
     carried[5] += at.x * force[1] - at.y * force[0];
     for (std::size_t side = 4 * i; side < 4 * i + 4; ++side) {
       const CellEdge& edge = face_.edges[side];
-      TractionEdge on_pad = {{edge.start[0], edge.start[1]}, {edge.end[0], edge.end[1]}, {}};
+      TractionEdge on_pad = {edge.start, edge.end, {}};
       for (int k = 0; k < 3; ++k) on_pad.traction[k] = force[k] / face_.areas[i];
       edges_.push_back(on_pad);
     }

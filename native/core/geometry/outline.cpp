@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <utility>
 
 #include "geometry/polygon.hpp"
@@ -19,7 +17,11 @@ constexpr double kOnRim = 1e-9;
 constexpr double kBeside = 1e-3;
 
 // Areas below this fraction of the rectangle's are rounding.
-constexpr double kNoArea = 1e-14;
+constexpr double kNoPart = 1e-14;
+// Rounding errors of distances over the outline's extent, and of areas over its square.
+constexpr double kSamePoint = 1e-12, kStraight = 1e-13, kNoArea = 1e-12;
+// Distances that differ by less than this fraction count as equal.
+constexpr double kTie = 1e-6;
 
 // One side of the rectangle. Points are kept if sign * (coordinate - at) > 0.
 struct Side {
@@ -64,6 +66,10 @@ Point crossing(const Side& side, const Point& a, const Point& b) {
 // Coordinate along the side, directed so that the kept half plane is on its left [m].
 double along(const Side& side, const Point& point) {
   return side.axis == 0 ? -side.sign * point.y : side.sign * point.x;
+}
+
+Point turned(const Point& point, double cosine, double sine) {
+  return {cosine * point.x - sine * point.y, sine * point.x + cosine * point.y};
 }
 
 // Add an empty ring to an outline, reusing the memory of earlier rings.
@@ -273,7 +279,7 @@ bool clip_outline(const Outline& outline, const Placement& placement, const Rect
   if (bounds.south < sheet.south) cut({1, sheet.south, 1.0}, result, workspace);
   if (bounds.east > sheet.east) cut({0, sheet.east, -1.0}, result, workspace);
   if (bounds.north > sheet.north) cut({1, sheet.north, -1.0}, result, workspace);
-  return signed_area(result) > kNoArea * sheet.area();
+  return signed_area(result) > kNoPart * sheet.area();
 }
 
 // Of the edges, those remain that have area on their left and none on their right.
@@ -326,6 +332,137 @@ double share_on_rim(const Outline& clipped, const Rectangle& sheet) {
     }
   }
   return all > 0.0 ? on_rim / all : 0.0;
+}
+
+void keep_corners(const std::vector<Point>& loop, std::size_t from, std::size_t to, double tolerance,
+                  std::vector<std::uint8_t>& kept) {
+  static thread_local std::vector<std::size_t> stack;  // kept between calls so that a step allocates nothing
+  const std::size_t count = loop.size();
+  stack.assign({from, to});
+  while (!stack.empty()) {
+    const std::size_t high = stack.back(), low = stack[stack.size() - 2];
+    stack.resize(stack.size() - 2);
+    const Point &a = loop[low % count], &b = loop[high % count];
+    double most = 0.0;
+    std::size_t farthest[2] = {low, low};
+    for (std::size_t i = low + 1; i < high; ++i) {
+      const Point& at = loop[i % count];
+      const double off = distance(at, nearest_on(a, b, at));
+      if (off > (1.0 + kTie) * most) {
+        farthest[0] = farthest[1] = i;
+        most = off;
+      } else if (off >= (1.0 - kTie) * most) {
+        farthest[1] = i;
+      }
+    }
+    if (!(most > tolerance)) continue;
+    kept[farthest[0] % count] = kept[farthest[1] % count] = 1;
+    const std::size_t ends[4] = {low, farthest[0], farthest[1], high};
+    for (int k = 0; k < 3; ++k) {
+      if (ends[k + 1] > ends[k] + 1) stack.insert(stack.end(), {ends[k], ends[k + 1]});
+    }
+  }
+}
+
+bool OutlineLoops::set(const Outline& outline, double angle) {
+  cosine_ = std::cos(angle), sine_ = std::sin(angle);
+  area_ = length_ = 0.0;
+  outer_loops_ = 0;
+  if (!find_extent(outline)) return false;
+  const double least = kNoArea * extent() * extent();
+  std::size_t used = 0;
+  for (const std::vector<Point>& ring : outline.rings) {
+    std::vector<Point>& loop = next_ring(own_, used);
+    add_corners(ring, loop);
+    close(loop);
+    const double area = signed_area(loop);
+    if (loop.size() < 3 || !(std::abs(area) > least)) {
+      --used;
+      continue;
+    }
+    double length = 0.0;
+    for (std::size_t i = 0; i < loop.size(); ++i) length += distance(loop[i], loop[i + 1 < loop.size() ? i + 1 : 0]);
+    area_ += area, length_ += length;
+    if (area > 0.0) ++outer_loops_;
+  }
+  own_.rings.resize(used);
+  return area_ > least;
+}
+
+bool OutlineLoops::find_extent(const Outline& outline) {
+  Rectangle bounds = kNoRectangle;
+  for (const std::vector<Point>& ring : outline.rings) {
+    for (const Point& corner : ring) {
+      if (!std::isfinite(corner.x) || !std::isfinite(corner.y)) return false;
+      bounds = around(bounds, turned(corner, cosine_, -sine_));
+    }
+  }
+  middle_ = {(bounds.west + bounds.east) / 2, (bounds.south + bounds.north) / 2};
+  width_ = bounds.east - bounds.west, height_ = bounds.north - bounds.south;
+  return extent() > 0.0 && std::isfinite(extent());
+}
+
+// Whether a corner coincides with the one before it, or lies on the line through the corners before and after it.
+bool OutlineLoops::is_redundant(const Point& before, const Point& at, const Point& after) const {
+  return distance(before, at) <= kSamePoint * extent() ||
+         std::abs(left_of(before, at, after)) <= kStraight * extent() * distance(before, after);
+}
+
+void OutlineLoops::add_corners(const std::vector<Point>& ring, std::vector<Point>& loop) const {
+  for (const Point& corner : ring) {
+    const Point at = turned(corner, cosine_, -sine_), point = {at.x - middle_.x, at.y - middle_.y};
+    while (loop.size() >= 2 && is_redundant(loop[loop.size() - 2], loop.back(), point)) loop.pop_back();
+    if (!loop.empty() && distance(loop.back(), point) <= kSamePoint * extent()) continue;
+    loop.push_back(point);
+  }
+}
+
+// Remove redundant corners where the end of a loop meets its start.
+void OutlineLoops::close(std::vector<Point>& loop) const {
+  std::size_t begin = 0;
+  for (bool again = true; again && loop.size() >= begin + 3;) {
+    const std::size_t end = loop.size();
+    again = false;
+    if (is_redundant(loop[end - 2], loop[end - 1], loop[begin]) ||
+        distance(loop[end - 1], loop[begin]) <= kSamePoint * extent()) {
+      loop.pop_back();
+      again = true;
+    } else if (is_redundant(loop[end - 1], loop[begin], loop[begin + 1])) {
+      ++begin;
+      again = true;
+    }
+  }
+  loop.erase(loop.begin(), loop.begin() + static_cast<std::ptrdiff_t>(begin));
+}
+
+void OutlineLoops::simplify(double tolerance) {
+  for (std::vector<Point>& loop : own_.rings) {
+    const auto by_x = [](const Point& a, const Point& b) { return a.x < b.x; };
+    const auto west = std::min_element(loop.begin(), loop.end(), by_x);
+    const auto east = std::max_element(loop.begin(), loop.end(), by_x);
+    const auto low = static_cast<std::size_t>(std::min(west, east) - loop.begin());
+    const auto high = static_cast<std::size_t>(std::max(west, east) - loop.begin());
+    kept_.assign(loop.size(), 0);
+    kept_[low] = kept_[high] = 1;
+    keep_corners(loop, low, high, tolerance, kept_);
+    keep_corners(loop, high, low + loop.size(), tolerance, kept_);
+    if (std::count(kept_.begin(), kept_.end(), 1) < 3) continue;
+    std::size_t used = 0;
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      if (kept_[i]) loop[used++] = loop[i];
+    }
+    loop.resize(used);
+  }
+}
+
+std::size_t OutlineLoops::corners() const {
+  std::size_t count = 0;
+  for (const std::vector<Point>& loop : own_.rings) count += loop.size();
+  return count;
+}
+
+Point OutlineLoops::placed(const Point& at) const {
+  return turned({at.x + middle_.x, at.y + middle_.y}, cosine_, sine_);
 }
 
 }  // namespace mjtactile

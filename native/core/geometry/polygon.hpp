@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -95,6 +96,12 @@ inline AreaIntegrals triangle_integrals(const Point& start, const Point& end) {
 // Distance of a point to the left of the line from a to b, times the distance from a to b.
 inline double left_of(const Point& a, const Point& b, const Point& point) {
   return (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);
+}
+
+// Distance between two points [m].
+inline double distance(const Point& a, const Point& b) {
+  const double x = b.x - a.x, y = b.y - a.y;
+  return std::sqrt(x * x + y * y);
 }
 
 // The point of the segment from a to b that is nearest to a given point.

@@ -37,8 +37,8 @@ class TangentPlane {
   // meet it.
   SeenSurface beyond(double u, double v) const;
   // The point of the surface there, along x and y in the pad frame [m].
-  Point on_pad(const double* at) const {
-    const SeenSurface seen = beyond(at[0], at[1]);
+  Point on_pad(const Point& at) const {
+    const SeenSurface seen = beyond(at.x, at.y);
     return {seen.x, seen.y};
   }
   // Bounds of the surface above a rectangle of the pad's plane, with a small margin.

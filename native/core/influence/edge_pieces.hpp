@@ -6,6 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include "geometry/polygon.hpp"
+
 namespace mjtactile {
 
 // The elements along one axis through which an edge runs, one after the other. next() is the position along the edge,
@@ -47,21 +49,21 @@ class ElementWalk {
   std::ptrdiff_t element_;
 };
 
-// Call visit(start, end, column, row) for each piece of an edge from `start` to `end` (2) [m]. `x`, `y`: boundaries of
+// Call visit(start, end, column, row) for each piece of an edge from `start` to `end` [m]. `x`, `y`: boundaries of
 // the elements [m]. Pieces beside the grid along x count for the nearest element, because an edge contributes to all
 // elements on its left. Pieces beside it along y and horizontal pieces contribute nothing and are left out.
 template <typename Visit>
-void visit_pieces(const std::vector<double>& x, const std::vector<double>& y, const double* start, const double* end,
+void visit_pieces(const std::vector<double>& x, const std::vector<double>& y, const Point& start, const Point& end,
                   Visit&& visit) {
-  const double direction[2] = {end[0] - start[0], end[1] - start[1]};
+  const double direction[2] = {end.x - start.x, end.y - start.y};
   if (direction[1] == 0.0) return;
-  ElementWalk columns(x, start[0], direction[0]), rows(y, start[1], direction[1]);
-  double begin[2] = {start[0], start[1]}, last = 0.0;
+  ElementWalk columns(x, start.x, direction[0]), rows(y, start.y, direction[1]);
+  double begin[2] = {start.x, start.y}, last = 0.0;
   for (double at = 0.0; at < 1.0;) {
     at = std::min({columns.next(), rows.next(), 1.0});
     if (at > last) {
-      const double finish[2] = {at == 1.0 ? end[0] : start[0] + at * direction[0],
-                                at == 1.0 ? end[1] : start[1] + at * direction[1]};
+      const double finish[2] = {at == 1.0 ? end.x : start.x + at * direction[0],
+                                at == 1.0 ? end.y : start.y + at * direction[1]};
       if (rows.within() && begin[1] != finish[1]) visit(begin, finish, columns.nearest(), rows.nearest());
       begin[0] = finish[0];
       begin[1] = finish[1];

@@ -33,8 +33,8 @@ void SurfaceGrid::traction_forces(const TractionEdge* edges, std::size_t count, 
   workspace.moments.resize(columns * rows * kMoments);
   workspace.first.assign(rows, columns);
   workspace.last.assign(rows, 0);
-  workspace.reference_column = count > 0 ? element(x_, edges[0].start[0]) : columns;
-  set_reference(count > 0 ? edges[0].start[0] : x_.front(), workspace);
+  workspace.reference_column = count > 0 ? element(x_, edges[0].start.x) : columns;
+  set_reference(count > 0 ? edges[0].start.x : x_.front(), workspace);
   for (std::size_t i = 0; i < count; ++i) add_edge(edges[i], workspace);
   sum_elements(workspace, forces);
 }

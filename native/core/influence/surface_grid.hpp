@@ -10,7 +10,7 @@ namespace mjtactile {
 
 // An edge of a polygon [m], and the traction on its left minus the traction on its right [Pa].
 struct TractionEdge {
-  double start[2], end[2];
+  Point start, end;
   double traction[3];
 };
 

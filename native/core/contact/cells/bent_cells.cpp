@@ -68,8 +68,8 @@ bool BentCells::nodal_forces(const Face& face, const SurfaceGrid& grid, const Ce
   workspace.areas.assign(cells, 0.0);
   const auto place = [](std::int32_t cell) { return static_cast<std::size_t>(cell); };
   for (const CellEdge& edge : face.edges) {
-    const SeenSurface start = plane_->beyond(edge.start[0], edge.start[1]);
-    const SeenSurface end = plane_->beyond(edge.end[0], edge.end[1]);
+    const SeenSurface start = plane_->beyond(edge.start.x, edge.start.y);
+    const SeenSurface end = plane_->beyond(edge.end.x, edge.end.y);
     const TractionEdge on_pad = {{start.x, start.y}, {end.x, end.y}, {0.0, 0.0, 0.0}};
     // Areas of the polygons to which the cells project on the pad's plane.
     const double near[2] = {on_pad_[0], on_pad_[1]};

@@ -32,9 +32,9 @@ void EdgeIntegrals::inverse_distance(const std::vector<CellEdge>& edges, std::si
   left_.resize(count), right_.resize(count);
   for (std::size_t e = 0; e < count; ++e) {
     const CellEdge& edge = edges[e];
-    const double x = edge.end[0] - edge.start[0], y = edge.end[1] - edge.start[1], length = std::sqrt(x * x + y * y);
-    start_x_[e] = edge.start[0], start_y_[e] = edge.start[1];
-    middle_x_[e] = (edge.start[0] + edge.end[0]) / 2, middle_y_[e] = (edge.start[1] + edge.end[1]) / 2;
+    const double x = edge.end.x - edge.start.x, y = edge.end.y - edge.start.y, length = std::sqrt(x * x + y * y);
+    start_x_[e] = edge.start.x, start_y_[e] = edge.start.y;
+    middle_x_[e] = (edge.start.x + edge.end.x) / 2, middle_y_[e] = (edge.start.y + edge.end.y) / 2;
     unit_x_[e] = x / length, unit_y_[e] = y / length, length_[e] = length;
     left_[e] = edge.left < 0 ? cells : static_cast<std::size_t>(edge.left);
     right_[e] = edge.right < 0 ? cells : static_cast<std::size_t>(edge.right);

@@ -18,6 +18,10 @@ bool CellEdge::step(const std::vector<double>& tractions, double* step) const {
   return steps;
 }
 
+void add_edge(const CellEdge& edge, std::vector<CellEdge>& edges) {
+  if (edge.start.x != edge.end.x || edge.start.y != edge.end.y) edges.push_back(edge);
+}
+
 void add_quadrature(const Point& middle, const Point& axis, double along, double across, std::vector<Point>& points) {
   for (const double sign : {1.0, -1.0}) {
     points.push_back({middle.x + sign * along * axis.x, middle.y + sign * along * axis.y});
@@ -46,7 +50,7 @@ void find_outline(const Face& face, const Placement& placement, std::vector<Segm
   outline.clear();
   for (const CellEdge& edge : face.edges) {
     if ((edge.left >= 0) == (edge.right >= 0)) continue;
-    const Point start = placement({edge.start[0], edge.start[1]}), end = placement({edge.end[0], edge.end[1]});
+    const Point start = placement(edge.start), end = placement(edge.end);
     outline.push_back(edge.left >= 0 ? Segment{start, end} : Segment{end, start});
   }
 }

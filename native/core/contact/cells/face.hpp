@@ -12,13 +12,16 @@ namespace mjtactile {
 
 // An edge between two cells or between a cell and the outside, directed from start to end [m].
 struct CellEdge {
-  double start[2], end[2];
+  Point start, end;
   std::int32_t left, right;  // cells to its left and right, -1 for none
 
   // Traction on the left minus traction on the right (3) [Pa], from the cells' tractions (cells, 3). False if it is
   // zero.
   bool step(const std::vector<double>& tractions, double* step) const;
 };
+
+// Add an edge, unless its ends are equal.
+void add_edge(const CellEdge& edge, std::vector<CellEdge>& edges);
 
 // Contact cells of a flat face. The face's frame is parallel to the pad's when the face lies flat on the pad, except
 // for a rotation about z. Points, edges and hulls are in this frame [m]. Immutable once made, and shared.

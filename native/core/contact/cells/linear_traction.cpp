@@ -118,8 +118,7 @@ void LinearTraction::nodal_forces(const SurfaceGrid& grid, const double* coeffic
   own_.assign(columns * rows * kOwn, 0.0);
   passing_.assign(columns * rows * kPowers, 0.0);
   for (const Segment& edge : edges_) {
-    const double start[2] = {edge.start.x, edge.start.y}, end[2] = {edge.end.x, edge.end.y};
-    visit_pieces(grid.x(), grid.y(), start, end,
+    visit_pieces(grid.x(), grid.y(), edge.start, edge.end,
                  [&](const double* from, const double* to, std::size_t column, std::size_t row) {
                    add_piece(grid, from, to, column, row);
                  });

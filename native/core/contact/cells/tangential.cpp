@@ -108,9 +108,9 @@ void integrate_edges(const Face& face, ShearIntegrals& integrals) {
   const auto edge_at = [&](std::size_t i) {
     const CellEdge& at = face.edges[i];
     // Coordinates are relative to the first corner, because rounding errors grow with the distance from the origin.
-    const double* origin = face.edges.front().start;
-    const double x = at.end[0] - at.start[0], y = at.end[1] - at.start[1], length = std::sqrt(x * x + y * y);
-    return Edge{{(at.start[0] + at.end[0]) / 2 - origin[0], (at.start[1] + at.end[1]) / 2 - origin[1]},
+    const Point& origin = face.edges.front().start;
+    const double x = at.end.x - at.start.x, y = at.end.y - at.start.y, length = std::sqrt(x * x + y * y);
+    return Edge{{(at.start.x + at.end.x) / 2 - origin.x, (at.start.y + at.end.y) / 2 - origin.y},
                 {x / length, y / length}, length};
   };
   for (std::size_t e = 0; e < edges; ++e) {

@@ -451,8 +451,7 @@ void CellContact::nodal_forces(const Face& face, const SurfaceGrid& grid, const 
   for (const CellEdge& edge : face.edges) {
     TractionEdge on_pad;
     if (!edge.step(workspace.tractions, on_pad.traction)) continue;
-    const Point start = placement_({edge.start[0], edge.start[1]}), end = placement_({edge.end[0], edge.end[1]});
-    on_pad.start[0] = start.x, on_pad.start[1] = start.y, on_pad.end[0] = end.x, on_pad.end[1] = end.y;
+    on_pad.start = placement_(edge.start), on_pad.end = placement_(edge.end);
     workspace.edges.push_back(on_pad);
   }
   grid.traction_forces(workspace.edges.data(), workspace.edges.size(), workspace.grid, nodal);
