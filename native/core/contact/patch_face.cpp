@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/cells/covered_part.hpp"
 #include "linalg/dense.hpp"
 #include "linalg/kernels.hpp"
 
@@ -69,38 +68,48 @@ void PatchFace::lay(const HeightWindow& view) {
 // Add a cell, without its height. False if too little of it counts.
 bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_t place) {
   const Lattice& lattice = lattices_[number];
-  const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);
-  const SampledLattices::Nodes nodes = lattices_.nodes(number, place);
-  const bool strip = lattices_.follows_ridges(number);
-  Cell cell = {number, static_cast<std::uint32_t>(place), !strip && nodes.under == 9, lattice.cosine, lattice.sine,
+  Cell cell = {number, static_cast<std::uint32_t>(place), false, lattice.cosine, lattice.sine,
                {lattice.size, lattice.width()}};
-  Point middle = lattice.at(column + 0.5, row + 0.5);
+  const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);
+  Point middle = lattice.middle(place);
+  bool goes_on = false;
+  CoveredPart covered;
+  if (lattices_.follows_ridges(number)) {
+    if (!find_covered(lattice, lattices_.spans(number, place), covered)) return false;
+  } else {
+    const SampledLattices::Nodes nodes = lattices_.nodes(number, place);
+    cell.whole = nodes.under == 9;
+    goes_on = nodes.finite > nodes.under;
+    const double* const over = nodes.finite == 9 ? nodes.over : nullptr;
+    if (!cell.whole && !find_covered({lattice, view, column, row, over}, covered)) return false;
+  }
   if (!cell.whole) {
-    CoveredPart covered;
-    if (strip ? !find_covered(lattice, lattices_.spans(number, place), covered)
-              : !find_covered({lattice, view, column, row, nodes.finite == 9 ? nodes.over : nullptr}, covered)) {
-      return false;
-    }
     middle = lattice.at(column + 0.5 + covered.x / lattice.size, row + 0.5 + covered.y / lattice.width());
     // Ends are only accurate to a fraction of a cell, so the middle of a sliver may be beyond the sheet.
     if (!view.map->bounds().holds(middle.x, middle.y)) return false;
-    const double mean = (covered.xx + covered.yy) / 2, apart = std::hypot((covered.xx - covered.yy) / 2, covered.xy);
-    double longer = covered.xx, shorter = covered.yy;
-    if (mean + apart > kSlanted * (mean - apart)) {
-      const double angle = 0.5 * std::atan2(2.0 * covered.xy, covered.xx - covered.yy);
-      const double c = std::cos(angle), s = std::sin(angle);
-      cell.cosine = lattice.cosine * c - lattice.sine * s;
-      cell.sine = lattice.sine * c + lattice.cosine * s;
-      longer = mean + apart;
-      shorter = covered.area * covered.area / (144.0 * longer);  // variance of a rectangle of that length and area
-    }
-    cell.sides[0] = std::sqrt(covered.area * std::sqrt(longer / shorter));
-    cell.sides[1] = covered.area / cell.sides[0];
+    replace(lattice, covered, cell);
   }
   cells_.push_back(cell);
-  goes_on_.push_back(!strip && nodes.finite > nodes.under ? 1 : 0);
+  goes_on_.push_back(goes_on ? 1 : 0);
   face_.centroids.push_back(middle);
   return true;
+}
+
+// Set a cell to a rectangle with the area of its part that counts, and as long over its width as that. If the part is
+// long, the rectangle is turned along it.
+void PatchFace::replace(const Lattice& lattice, const CoveredPart& covered, Cell& cell) {
+  const double mean = (covered.xx + covered.yy) / 2, apart = std::hypot((covered.xx - covered.yy) / 2, covered.xy);
+  double longer = covered.xx, shorter = covered.yy;
+  if (mean + apart > kSlanted * (mean - apart)) {
+    const double angle = 0.5 * std::atan2(2.0 * covered.xy, covered.xx - covered.yy);
+    const double c = std::cos(angle), s = std::sin(angle);
+    cell.cosine = lattice.cosine * c - lattice.sine * s;
+    cell.sine = lattice.sine * c + lattice.cosine * s;
+    longer = mean + apart;
+    shorter = covered.area * covered.area / (144.0 * longer);  // variance of a rectangle of that length and area
+  }
+  cell.sides[0] = std::sqrt(covered.area * std::sqrt(longer / shorter));
+  cell.sides[1] = covered.area / cell.sides[0];
 }
 
 // Find the slivers of cells beside others under a flat face. They would bear little, but at a pressure that concerns no

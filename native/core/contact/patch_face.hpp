@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "contact/cells/covered_part.hpp"
 #include "contact/cells/face.hpp"
 #include "contact/cells/rectangle_integrals.hpp"
 #include "contact/cells/sampled_lattices.hpp"
@@ -79,6 +80,7 @@ class PatchFace {
   template <typename Visit>
   void each_pair(const std::vector<std::uint8_t>& pressed, Visit&& visit) const;
   bool cut_out(const HeightWindow& view, std::size_t number, std::size_t place);
+  static void replace(const Lattice& lattice, const CoveredPart& covered, Cell& cell);
   void find_slivers(const HeightWindow& view);
   void set_heights(const HeightWindow& view);
   static Arms arms_of(const Cell& cell);

@@ -126,7 +126,7 @@ void SampledLattices::add_along_ridges(const Lattice& lattice, const HeightWindo
   find_strips(view, strip);
   for (std::size_t place = 0; place < lattice.cells(); ++place) {
     bool meets = false;
-    each_strip(size() - 1, place, [&](std::size_t, std::size_t, const Strip&, double, double) { meets = true; });
+    each_strip(size() - 1, place, [&](std::size_t, std::size_t, double, double, double) { meets = true; });
     if (meets) count(place, territory);
   }
 }
@@ -160,36 +160,34 @@ void SampledLattices::find_strips(const HeightWindow& view, double strip) {
   }
 }
 
-// Visit the strips on the node lines of a cell: for each the line's axis and number, the strip, and its part in the
-// cell, in cells from its middle. A line that passes beside a ridge, and does not cross it, is left out.
+// Visit the strips on the node lines of a cell: for each the line's axis and number, the strip's height, and its part
+// in the cell, in cells from its middle.
 template <typename Visit>
 void SampledLattices::each_strip(std::size_t lattice, std::size_t place, Visit&& visit) const {
   const Lattice& own = lattices_[lattice];
   const std::size_t column = place % own.columns, row = place / own.columns;
-  const auto each = [&](auto&& see) {
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      const std::size_t first = first_lines_[lattice] + (axis == 0 ? 2 * row : 2 * own.rows + 1 + 2 * column);
-      const auto start = static_cast<double>(axis == 0 ? column : row) + 0.5;
-      for (std::size_t line = 0; line < 3; ++line) {
-        const std::size_t number = first + line;
-        for (std::size_t k = number > 0 ? line_ends_[number - 1] : 0; k < line_ends_[number]; ++k) {
-          const double low = std::max(strips_[k].low / 2 - start, -0.5);
-          const double high = std::min(strips_[k].high / 2 - start, 0.5);
-          if (low < high) see(axis, line, strips_[k], low, high);
-        }
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const std::size_t first = first_lines_[lattice] + (axis == 0 ? 2 * row : 2 * own.rows + 1 + 2 * column);
+    const auto start = static_cast<double>(axis == 0 ? column : row) + 0.5;
+    for (std::size_t line = 0; line < 3; ++line) {
+      const std::size_t number = first + line;
+      for (std::size_t k = number > 0 ? line_ends_[number - 1] : 0; k < line_ends_[number]; ++k) {
+        const double low = std::max(strips_[k].low / 2 - start, -0.5);
+        const double high = std::min(strips_[k].high / 2 - start, 0.5);
+        if (low < high) visit(axis, line, strips_[k].height, low, high);
       }
     }
-  };
-  double least = kNowhere;
-  each([&](std::size_t, std::size_t, const Strip& one, double, double) { least = std::min(least, one.height); });
-  each([&](std::size_t axis, std::size_t line, const Strip& one, double low, double high) {
-    if (one.height <= least + strip_) visit(axis, line, one, low, high);
-  });
+  }
 }
 
 CellSpans SampledLattices::spans(std::size_t lattice, std::size_t place) const {
+  double least = kNowhere;
+  each_strip(lattice, place, [&](std::size_t, std::size_t, double height, double, double) {
+    least = std::min(least, height);
+  });
   CellSpans found;
-  each_strip(lattice, place, [&](std::size_t axis, std::size_t line, const Strip&, double low, double high) {
+  each_strip(lattice, place, [&](std::size_t axis, std::size_t line, double height, double low, double high) {
+    if (height > least + strip_) return;   // the line passes beside the ridge, and does not cross it
     found.low[axis][line] = std::min(found.low[axis][line], low);
     found.high[axis][line] = std::max(found.high[axis][line], high);
   });
