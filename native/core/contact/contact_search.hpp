@@ -127,8 +127,8 @@ class ContactSearch {
   bool find_ridges(const HeightMap& map, const Plane& plane, const SearchLoad& load, double length);
   void follow_ridges(const HeightMap& map, const Plane& plane, const SearchLoad& load);
   void add_rim_strips(const HeightMap& map, const Plane& plane, double sliver);
-  double add_rim_strip(const HeightMap& map, const Plane& plane, const RimSide& side, std::size_t first, std::size_t last,
-                   double sliver);
+  double add_rim_strip(const HeightMap& map, const Plane& plane, const RimSide& side, std::size_t first,
+                       std::size_t last, double sliver);
   void set_heights(const Plane& plane);
   void flood(const SearchLoad& load);
   void connect();

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "contact/height_power.hpp"
 #include "linalg/angles.hpp"
 
 namespace mjtactile {
@@ -43,9 +42,6 @@ struct LaidLower {
   double pressed, lower;
 };
 constexpr LaidLower kLaidLowerTilting = {0.2, 0.7}, kLaidLowerFree = {0.6, 0.5}, kLaidLower = {0.66, 0.9};
-// Cells that are cut off at their largest height end inside the contact if more than kGoesOn of them press. This counts
-// only if the other cells have more than kOthersAtLeast times their area.
-constexpr double kGoesOn = 0.5, kOthersAtLeast = 0.5;
 constexpr double kOtherPart = 2.0;       // other parts of the body begin outside a region enlarged by this factor
 
 // Contacts whose cells tell the body's shape badly are pressed on more of them, in proportion to their roughness.
@@ -73,14 +69,13 @@ constexpr double kManyAtRim = 300.0;     // largest number of cells if they are 
 
 // Tilts.
 constexpr double kSmallTilt = 0.2;       // lift of the contact, over the level, up to which a tilt needs no other look
-constexpr double kSmallTiltOfStrips = 0.4;   // the same for cells along ridges, which stay where they are as a body tilts
+constexpr double kSmallTiltOfStrips = 0.4;   // the same for cells along ridges, which stay as a body tilts
 constexpr double kLeastShare = 0.5;      // least share of a tilt that is taken in a view of all parts that touch
 constexpr double kMostTilt = 2.0;        // largest lift that one look adds, over the level
 constexpr double kNarrow = 1.5;          // largest width along the tilt, over the narrowest cells, at which the tilt is
                                          // not determined
 constexpr double kMostSlope = 1.0;       // largest slope of a plane from which the body is looked at
 constexpr double kNearlyFallen = 0.9;    // a body that tilts further beyond this share of kMostSlope falls over
-constexpr double kLeastLean = 0.5;       // least approach along a cell's own normal over that along the plane's normal
 
 // Loads near the rim of the area that the body covers.
 constexpr double kNearRim = 0.15;        // largest distance of a near load from a side, over the hull's depth behind it
@@ -131,7 +126,6 @@ double secant_share(const double* slopes, const double* before) {
 
 bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, const double* wrench,
                        CellContact::Workspace& workspace) {
-  bends_ = surface.plane != nullptr;
   if (!(wrench[2] < 0.0) || !search_.look(map)) return false;
   Problem problem = {map, surface, surface.options, wrench, workspace, load_of(wrench, surface), {}};
   if (problem.options.tilting) problem.hull = search_.covered();
@@ -153,13 +147,13 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
   // If the tilt has not settled, finer cells do not help.
   const double finer = settled_ ? needs_finer(problem.options) : 1.0;
   const bool last_laid = finer > 1.0 ? refine(problem, looks, finer) : looks.last_is_best;
-  if (!last_laid) place(surface, workspace);  // the workspace has other cells
+  if (!last_laid) laid_.place(surface, workspace);  // the workspace has other cells
   return true;
 }
 
 // Depth of an exact contact on coupled cells [m]; 0 for others, which more cells do not improve.
 double PatchPress::exact_depth(const LawOptions& options) const {
-  return options.law->couples() && laid_.contact.exact() ? laid_.contact.indentation() : 0.0;
+  return options.law->couples() && laid_.contact().exact() ? laid_.contact().indentation() : 0.0;
 }
 
 // Whether the contact is to be pressed on nested cells. Many cells need none.
@@ -167,29 +161,29 @@ bool PatchPress::needs_nested(const LawOptions& options) const {
   const double depth = exact_depth(options);
   if (!options.tilting || options.cells >= kManyCells || !(depth > 0.0)) return false;
   // The first nested cells are coarser by this factor in length and width. They are in vain if they cannot be split.
-  if (!laid_.cells.lattices().can_split(std::sqrt(kCoarse) * options.narrowest)) return false;
+  if (!laid_.cells().lattices().can_split(std::sqrt(kCoarse) * options.narrowest)) return false;
   if (!settled_) return true;
   const double smooth = kNestedSmooth * depth / static_cast<double>(options.cells);
-  return spots_.size() > 1 && laid_.cells.roughness(laid_.contact.pressed(), depth) > smooth;
+  return spots_.size() > 1 && laid_.cells().roughness(laid_.pressed(), depth) > smooth;
 }
 
 // Press the body on few cells under all parts that may touch, then split the cells where it does. All these presses see
 // the body from one plane, so one tilt leads to the next. Looks may contradict each other, because each lays other
 // cells. False if no contact is found that is as good as the best one; that one stays then.
 bool PatchPress::press_nested(const Problem& problem, const Looks& looks) {
-  const bool open = tilt() > kMostSlope;
+  const bool open = laid_.tilt() > kMostSlope;
   best_ = laid_;
   // The contact leaves a large tilt open, so it is not looked at anew. Energies count from what the search sees.
   if (open && !looks.last_is_best) find_spots(problem, looks.best);
   bool solved = open || press_generous(problem, looks.best);
-  const std::size_t coarse = laid_.heights.size();
+  const std::size_t coarse = laid_.count();
   for (int split = 0; solved && split < kSplits; ++split) {
-    const std::size_t before = laid_.heights.size();
+    const std::size_t before = laid_.count();
     choose_to_split(problem.options, split == 0);
     solved = split_pressed(problem);
-    if (laid_.heights.size() == before) break;
+    if (laid_.count() == before) break;
   }
-  const bool better = solved && laid_.heights.size() > coarse && !goes_beyond() &&
+  const bool better = solved && laid_.count() > coarse && !laid_.goes_beyond() &&
                       !is_worse(merit(problem.load, next_part(), problem.options), looks.best_merit, kEnergyMargin);
   if (!better) std::swap(laid_, best_);
   settled_ = settled_ || better;
@@ -201,15 +195,16 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
   view.finer = kCoarse;
   view.end_height = view.spot_end = 0.0;
   for (int look = 0; look < kGenerousLooks; ++look) {
-    const double higher = look > 0 ? (ends_early() ? kGenerous : 1.0) * view.least_height : 0.0;
+    const double higher = look > 0 ? (laid_.ends_early() ? kGenerous : 1.0) * view.least_height : 0.0;
     const NextPart next = next_part();
-    double highest = std::max(kGenerous * laid_.contact.indentation(), higher);
+    double highest = std::max(kGenerous * laid_.contact().indentation(), higher);
     if (next.share < 1.0) highest = std::max(highest, kTouchMargin * next.height);
     view.spot_height = view.least_height = view.most_height = highest;
-    for (int k = 0; k < 2; ++k) view.plane.slopes[k] += std::min(next.share, 1.0) * laid_.contact.slopes()[k];
+    for (int k = 0; k < 2; ++k) view.plane.slopes[k] += std::min(next.share, 1.0) * laid_.contact().slopes()[k];
     find_spots(problem, view);
-    if (!press(problem, view) || !laid_.contact.exact()) return false;
-    if (lifted(laid_.contact.slopes()) <= kMostLift * laid_.contact.indentation() && !ends_early()) break;
+    if (!press(problem, view) || !laid_.contact().exact()) return false;
+    const CellContact& contact = laid_.contact();
+    if (laid_.lifted(contact.slopes()) <= kMostLift * contact.indentation() && !laid_.ends_early()) break;
   }
   return true;
 }
@@ -219,12 +214,12 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
 void PatchPress::choose_to_split(const LawOptions& options, bool all) {
   const double most = std::min(kMostSplit * static_cast<double>(options.cells), kManySplit);
   if (all) {
-    laid_.cells.find_around(laid_.contact.pressed(), chosen_);
+    laid_.cells().find_around(laid_.pressed(), chosen_);
     if (!too_many_to_split(most)) return;
   }
-  double least = kUneven * laid_.contact.indentation();
+  double least = kUneven * laid_.contact().indentation();
   do {
-    laid_.cells.find_rough(laid_.contact.pressed(), least, chosen_);
+    laid_.cells().find_rough(laid_.pressed(), least, chosen_);
     least *= kMoreUneven;
   } while (too_many_to_split(most));
 }
@@ -239,38 +234,33 @@ void PatchPress::refine_rim(const HeightMap& map, const ContactSurface& surface,
                             CellContact::Workspace& workspace) {
   const LawOptions& options = surface.options;
   const double most = options.tangential->couples() ? kManySheared : kManyAtRim;
-  if (!options.law->couples() || !laid_.contact.exact()) return;
-  laid_.cells.find_rim(laid_.contact.pressed(), chosen_);
-  laid_.cells.add_ends(laid_.contact.pressed(), chosen_);
-  if (too_many_to_split(most)) laid_.cells.find_rim(laid_.contact.pressed(), chosen_);
+  if (!options.law->couples() || !laid_.contact().exact()) return;
+  laid_.cells().find_rim(laid_.pressed(), chosen_);
+  laid_.cells().add_ends(laid_.pressed(), chosen_);
+  if (too_many_to_split(most)) laid_.cells().find_rim(laid_.pressed(), chosen_);
   if (too_many_to_split(most)) return;
   best_ = laid_;
   if (split_pressed({map, surface, options, wrench, workspace, {}, {}})) return;
   std::swap(laid_, best_);
-  place(surface, workspace);
+  laid_.place(surface, workspace);
 }
 
 // Split the chosen cells and press the body on the new ones. False if no contact is found.
 bool PatchPress::split_pressed(const Problem& problem) {
   if (std::find(chosen_.begin(), chosen_.end(), 1) == chosen_.end()) return true;
-  laid_.cells.split(chosen_, laid_.seen, problem.options.narrowest, from_);
-  if (laid_.cells.heights().empty()) return false;
-  laid_.cells.finish(problem.surface.sheet, problem.surface.compliance.resolution());
-  position_cells(problem);
-  start_.clear();
-  for (const std::size_t from : from_) start_.push_back(laid_.contact.pressed()[from]);
-  press_cells(problem);
-  return laid_.contact.exact();
+  if (!laid_.split(chosen_, problem.surface, start_, problem.workspace)) return false;
+  laid_.press(problem.surface, problem.wrench, start_, overloads(), problem.workspace);
+  return laid_.contact().exact();
 }
 
 // Number of cells that the contact needs, over that asked for; 1 if its own are fine enough.
 double PatchPress::needs_finer(const LawOptions& options) const {
   const double depth = exact_depth(options);
   if (!(depth > 0.0)) return 1.0;
-  const auto& pressed = laid_.contact.pressed();
+  const auto& pressed = laid_.pressed();
   const auto pressing = static_cast<double>(std::count(pressed.begin(), pressed.end(), 1));
   if (pressing < std::min(kMostPress * static_cast<double>(pressed.size()), kManyPress)) return 1.0;
-  const double wanted = laid_.cells.roughness(pressed, depth) / (kSmooth * depth);
+  const double wanted = laid_.cells().roughness(pressed, depth) / (kSmooth * depth);
   const double many = options.tangential->couples() ? kManySheared : kManyFiner;
   const double most = std::min(kMostFiner, many / static_cast<double>(options.cells));
   return wanted > kWorthwhile ? std::max(std::min(wanted, most), 1.0) : 1.0;
@@ -282,7 +272,7 @@ bool PatchPress::refine(const Problem& problem, const Looks& looks, double finer
   view.finer = finer;
   std::swap(laid_, best_);
   if (!looks.last_is_best) find_spots(problem, view);
-  if (press(problem, view) && laid_.contact.exact()) return true;
+  if (press(problem, view) && laid_.contact().exact()) return true;
   std::swap(laid_, best_);
   return false;
 }
@@ -317,14 +307,14 @@ bool PatchPress::look_first(const Problem& problem, Looks& looks) {
   // Under a law without coupling, contact extends further out than on an elastic surface.
   if (options.law->couples() && SpotLattices::is_compact(spots_, options)) looks.view.height_factor = kCompact;
   if (!press(problem, looks.view)) return false;
-  if (laid_.contact.exact()) judge(problem, true, true, looks);
+  if (laid_.contact().exact()) judge(problem, true, true, looks);
   return true;
 }
 
 // Choose the next view. False if the best contact is found, or no other view is known.
 bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
   if (looks.last_is_best) {
-    if (laid_.contact.exact() && presses_all()) return false;
+    if (laid_.contact().exact() && presses_all()) return false;
     // If no contact is found or it misses the load, other parts of the body carry the load, and the body first tilts
     // onto them. This is not tried for a load outside the hull, because the first plane is tilted as far as possible
     // already. Nor is it tried for laws that do not couple cells, because the body would rest in the same way again.
@@ -338,7 +328,7 @@ bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
   } else if (!looks.resting_tried) {
     if (looks.ended) {
       // The contact extends beyond the cells that were laid in this view.
-      looks.view.least_height = kTouchMargin * touched_height(problem.options);
+      looks.view.least_height = kTouchMargin * laid_.touched_height(problem.options.tilting);
       looks.view.most_height = looks.view.end_height = looks.view.spot_end = 0.0;
       return true;
     }
@@ -372,40 +362,29 @@ void PatchPress::find_spots(const Problem& problem, const Viewpoint& view) {
 
 // Lay cells on the spots and press them. False if there are no cells.
 bool PatchPress::press(const Problem& problem, const Viewpoint& view) {
-  if (!add_cells(problem.map, problem.surface, view)) return false;
-  position_cells(problem);
+  const LawOptions& options = problem.options;
+  SampledLattices& sampled = laid_.see({&problem.map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle,
+                                        search_.lowest(), highest_cells(options, view) + search_.same()});
+  lattices_.lay({spots_, laid_.view(), search_, options, view.finer, view.height_factor, search_.strip()}, sampled);
+  if (!laid_.lay(problem.surface, problem.workspace)) return false;
   start_.clear();
-  const double likely = likely_height();
-  for (const double height : laid_.heights) start_.push_back(height <= likely ? 1 : 0);
-  press_cells(problem);
+  const double likely = laid_.likely_height(search_.level());
+  for (const double height : laid_.heights()) start_.push_back(height <= likely ? 1 : 0);
+  laid_.press(problem.surface, problem.wrench, start_, overloads(), problem.workspace);
   return true;
 }
 
-// Place the cells that are laid on the pad and under the body.
-void PatchPress::position_cells(const Problem& problem) {
-  if (bends_) laid_.bent.lay(laid_.cells.face(), *problem.surface.plane);
-  place(problem.surface, problem.workspace);
-  set_heights();
-}
-
-// Press the body on the cells, beginning with those in start_.
-void PatchPress::press_cells(const Problem& problem) {
-  const bool known = std::count(start_.begin(), start_.end(), 1) >= 3;
-  laid_.contact.press(laid_.cells.face(), problem.surface,
-                      {problem.wrench, laid_.heights.data(), known ? start_.data() : nullptr,
-                       search_.level() > kOverloaded * search_.loaded()},
-                      problem.workspace);
-}
+bool PatchPress::overloads() const { return search_.level() > kOverloaded * search_.loaded(); }
 
 // Compare the contact of the last look with the best one, and find the view to which it leads. `more`: whether another
 // look is left after the next one.
 void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& looks) const {
-  const bool solved = pressed && laid_.contact.exact();
+  const bool solved = pressed && laid_.contact().exact();
   const NextPart next = solved ? next_part() : NextPart{};
   const Merit found = solved ? merit(problem.load, next, problem.options) : Merit{};
   const double margin = problem.options.cells < kManyCells ? kEnergyMargin : kFineEnergyMargin;
   looks.last_is_best = solved && !is_worse(found, looks.best_merit, margin);
-  looks.ended = solved && more && ends_early();
+  looks.ended = solved && more && laid_.ends_early();
   if (!looks.last_is_best) return;
   looks.best = looks.onward = looks.view;
   looks.best_merit = found;
@@ -413,49 +392,8 @@ void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& l
   looks.goes_on = next_view(found, next, problem.options, looks.onward) && !looks.onward.sees_as(looks.view);
 }
 
-// Difference of height that a tilt makes between the pressed cells [m].
-double PatchPress::lifted(const double* slopes) const {
-  double least = kNowhere, most = -kNowhere;
-  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
-    if (!laid_.contact.pressed()[i]) continue;
-    const Point& at = laid_.cells.face().centroids[i];
-    const double lift = slopes[0] * at.x + slopes[1] * at.y;
-    least = std::min(least, lift), most = std::max(most, lift);
-  }
-  return std::max(most - least, 0.0);
-}
-
 bool PatchPress::presses_all() const {
-  const std::vector<std::uint8_t>&pressed = laid_.contact.pressed(), &goes_on = laid_.cells.goes_on();
-  return search_.sees_all() && std::find(pressed.begin(), pressed.end(), 0) == pressed.end() &&
-         std::find(goes_on.begin(), goes_on.end(), 1) == goes_on.end();
-}
-
-void PatchPress::place(const ContactSurface& surface, CellContact::Workspace& workspace) {
-  laid_.contact.place(laid_.cells.face(), kUnmoved, surface, workspace, bends_ ? &laid_.bent : nullptr);
-}
-
-// Set the body's height above each cell. On a curved pad it is measured along the cell's own normal, to first order in
-// the slopes.
-void PatchPress::set_heights() {
-  laid_.heights = laid_.cells.heights();
-  for (std::size_t i = 0; bends_ && i < laid_.heights.size(); ++i) {
-    const Point& gradient = laid_.cells.gradients()[i];
-    const double *slopes = laid_.bent.slopes().data() + 2 * i, stretch = laid_.bent.stretches()[i];
-    const double leans = (slopes[0] * gradient.x + slopes[1] * gradient.y) / (stretch * stretch);
-    laid_.heights[i] /= std::max(1.0 + leans, kLeastLean);
-  }
-}
-
-// Height up to which cells are likely to press.
-double PatchPress::likely_height() const {
-  double under = 0.0, all = 0.0;
-  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
-    all += laid_.cells.face().areas[i];
-    if (laid_.heights[i] <= search_.level()) under += laid_.cells.face().areas[i];
-  }
-  const double power = height_power(laid_.seen.highest / search_.level(), all / under);
-  return power > 0.0 ? end_over_level(power) * search_.level() : search_.level();
+  return search_.sees_all() && laid_.all_press();
 }
 
 // A load close to the rim of the hull tilts the body onto a strip along the rim. A load close to two sides that meet
@@ -500,56 +438,22 @@ Plane PatchPress::first_plane(const Problem& problem) const {
   return plane;
 }
 
-double PatchPress::energy(const SearchLoad& load) const {
-  double sum = laid_.contact.energy() + load.force * search_.lowest();
-  for (std::size_t i = 0; i < laid_.heights.size(); ++i) sum += laid_.contact.normal()[i] * laid_.heights[i];
-  return sum;
-}
-
-double PatchPress::missed(const SearchLoad& load, double narrowest) const {
-  double force = 0.0;
-  Point centre = {0.0, 0.0};
-  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
-    const double own = laid_.contact.normal()[i];
-    force += own;
-    centre.x += own * laid_.cells.face().centroids[i].x, centre.y += own * laid_.cells.face().centroids[i].y;
-  }
-  const double away = std::hypot(centre.x / force - load.through.x, centre.y / force - load.through.y);
-  return away > std::max(kMissed * laid_.cells.face().length, narrowest) ? away : 0.0;
+double PatchPress::missed(const SearchLoad& load) const {
+  Point centre;
+  if (!laid_.centre(centre)) return 0.0;
+  const double away = std::hypot(centre.x - load.through.x, centre.y - load.through.y);
+  return away > std::max(kMissed * laid_.face().length, load.narrowest) ? away : 0.0;
 }
 
 PatchPress::Merit PatchPress::merit(const SearchLoad& load, const NextPart& next, const LawOptions& options) const {
   if (!options.tilting || !options.law->couples()) return {};
-  return {missed(load, options.narrowest), next.share < 1.0, energy(load), laid_.contact.energy()};
+  return {missed(load), next.share < 1.0, laid_.energy(load.force), laid_.contact().energy()};
 }
 
 bool PatchPress::is_worse(const Merit& one, const Merit& other, double margin) {
   if (one.missed > 0.0 || other.missed > 0.0) return one.missed > (1.0 + kMissed) * other.missed;
   if (one.overlooks || other.overlooks) return !other.overlooks;
   return one.energy > other.energy + margin * one.elastic;
-}
-
-double PatchPress::tilt() const {
-  return std::hypot(laid_.seen.slopes[0] + laid_.contact.slopes()[0], laid_.seen.slopes[1] + laid_.contact.slopes()[1]);
-}
-
-void PatchPress::press_again(const ContactSurface& surface, const double* wrench, const std::vector<double>& sunk,
-                             CellContact::Workspace& workspace) {
-  set_heights();
-  for (std::size_t i = 0; i < laid_.heights.size(); ++i) laid_.heights[i] += sunk[i];
-  const std::vector<std::uint8_t> start = laid_.contact.pressed();
-  laid_.contact.press(laid_.cells.face(), surface, {wrench, laid_.heights.data(), start.data()}, workspace);
-}
-
-bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, const Viewpoint& view) {
-  laid_.seen = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(),
-                highest_cells(surface.options, view) + search_.same()};
-  lattices_.lay({spots_, laid_.seen, search_, surface.options, view.finer, view.height_factor, search_.strip()},
-                laid_.cells.lattices());
-  laid_.cells.lay(laid_.seen);
-  if (laid_.cells.heights().empty()) return false;
-  laid_.cells.finish(surface.sheet, surface.compliance.resolution());
-  return true;
 }
 
 // Height up to which cells are laid in a view.
@@ -565,96 +469,28 @@ double PatchPress::highest_cells(const LawOptions& options, const Viewpoint& vie
   return std::max(highest, view.least_height);
 }
 
-// Whether cells that were cut off at the largest height press, so that the contact extends beyond them.
-bool PatchPress::goes_beyond() const {
-  std::size_t at_end = 0, ends = 0;
-  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
-    ends += laid_.cells.goes_on()[i];
-    at_end += laid_.cells.goes_on()[i] && laid_.contact.pressed()[i];
-  }
-  return static_cast<double>(at_end) > kGoesOn * static_cast<double>(ends);
-}
-
-// Whether it certainly extends beyond them. In a single row all cells are cut off at their sides, so that decides
-// nothing.
-bool PatchPress::ends_early() const {
-  const auto are_few = [this](const std::vector<std::uint8_t>& ends) {
-    double within = 0.0, at_end = 0.0;
-    for (std::size_t i = 0; i < ends.size(); ++i) (ends[i] ? at_end : within) += laid_.cells.face().areas[i];
-    return at_end > 0.0 && within > kOthersAtLeast * at_end;
-  };
-  if (goes_beyond()) return are_few(laid_.cells.goes_on());
-  // If all cells press, the end of their lattice may be the end of a part that was cut off exactly there.
-  const std::vector<std::uint8_t>& pressed = laid_.contact.pressed();
-  if (std::find(pressed.begin(), pressed.end(), 0) != pressed.end()) return false;
-  laid_.cells.find_ends(laid_.seen, ends_);
-  return are_few(ends_);
-}
-
-// Height up to which the body touches. A body that tilts is seen from another plane next, where the lowest cell tells
-// more than those at its raised end.
-double PatchPress::touched_height(const LawOptions& options) const {
-  if (!options.tilting) return laid_.contact.lowered();
-  double lowest = kNowhere;
-  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
-    if (laid_.contact.pressed()[i]) lowest = std::min(lowest, laid_.heights[i]);
-  }
-  return laid_.contact.indentation() + std::max(lowest, 0.0);
-}
-
 // The depth that the rise of a tilt is compared with [m].
-double PatchPress::depth_of_tilts() const { return std::max(search_.loaded(), laid_.contact.indentation()); }
+double PatchPress::depth_of_tilts() const { return std::max(search_.loaded(), laid_.contact().indentation()); }
 
 // The part of the body that first touches the surface during the tilt that the last look found. A small tilt counts as
 // none.
 PatchPress::NextPart PatchPress::next_part() const {
-  const double* slopes = laid_.contact.slopes();
+  const double* slopes = laid_.contact().slopes();
   if (!(std::hypot(slopes[0], slopes[1]) * search_.extent() > kSmallTilt * depth_of_tilts())) return {};
-  double force = 0.0;
-  Point centre = {0.0, 0.0};
-  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
-    if (!laid_.contact.pressed()[i]) continue;
-    const Point& at = laid_.cells.face().centroids[i];
-    const double own = laid_.contact.normal()[i];
-    force += own;
-    centre.x += own * at.x, centre.y += own * at.y;
-  }
-  if (!(force > 0.0)) return {};
-  centre = {centre.x / force, centre.y / force};
-  const double sunk = lowered_at_origin() + slopes[0] * centre.x + slopes[1] * centre.y;
+  Point centre;
+  if (!laid_.centre(centre)) return {};
+  const double sunk = laid_.lowered_at_origin() + slopes[0] * centre.x + slopes[1] * centre.y;
   widen_regions(kOtherPart);
   return {search_.share_until(seen_plane(), {{slopes[0], slopes[1]}, centre}, sunk, wider_), sunk};
-}
-
-// How far the body comes down over the origin, from the pose in which the last look sees it [m]. Over other points it
-// comes down by the tilt's rise more.
-double PatchPress::lowered_at_origin() const {
-  const double* slopes = laid_.contact.slopes();
-  double deepest = -kNowhere;
-  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
-    const Point& at = laid_.cells.face().centroids[i];
-    if (!laid_.contact.pressed()[i]) continue;
-    deepest = std::max(deepest, slopes[0] * at.x + slopes[1] * at.y - laid_.heights[i]);
-  }
-  return laid_.contact.indentation() - deepest;
-}
-
-InclinedPlane PatchPress::reached() const {
-  const HeightWindow& seen = laid_.seen;
-  const double* slopes = laid_.contact.slopes();
-  const bool tilts = slopes[0] != 0.0 || slopes[1] != 0.0;
-  const double lowered = tilts ? lowered_at_origin() : laid_.contact.lowered();
-  return {{seen.slopes[0] + slopes[0], seen.slopes[1] + slopes[1]},
-          seen.lowest - seen.slopes[0] * seen.middle.x - seen.slopes[1] * seen.middle.y + lowered};
 }
 
 // Whether the body comes down to other parts of it than those with cells. A part that rises from its edge, as a wedge
 // does, goes on beyond its region in proportion to the height.
 bool PatchPress::reaches_other_part() const {
-  const double lowered = laid_.contact.lowered();
+  const double lowered = laid_.contact().lowered();
   if (search_.follows_ridges()) return search_.has_more_ridges(lowered);
   if (search_.sees_all()) return false;
-  widen_regions(std::max(kOtherPart, 2.0 * lowered / laid_.seen.highest));
+  widen_regions(std::max(kOtherPart, 2.0 * lowered / laid_.view().highest));
   return search_.lower_than(seen_plane(), lowered, wider_);
 }
 
@@ -664,18 +500,18 @@ void PatchPress::widen_regions(double factor) const {
 }
 
 Plane PatchPress::seen_plane() const {
-  return {{laid_.seen.slopes[0], laid_.seen.slopes[1]}, laid_.seen.middle};
+  return {{laid_.view().slopes[0], laid_.view().slopes[1]}, laid_.view().middle};
 }
 
 // Find the next view. False if the contact agrees with the view: it is not deeper than the cells are high, enough cells
 // press, and the body does not tilt.
 bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOptions& options, Viewpoint& view) const {
-  const double* slopes = laid_.contact.slopes();
+  const double* slopes = laid_.contact().slopes();
   std::size_t pressed = 0;
-  for (const std::uint8_t one : laid_.contact.pressed()) pressed += one;
-  const double depth = depth_of_tilts(), lift = lifted(slopes);
-  const bool beyond = goes_beyond(), ends = ends_early();
-  const double touched = touched_height(options), touching = kTouchMargin * touched;
+  for (const std::uint8_t one : laid_.pressed()) pressed += one;
+  const double depth = depth_of_tilts(), lift = laid_.lifted(slopes);
+  const bool beyond = laid_.goes_beyond(), ends = laid_.ends_early();
+  const double touched = laid_.touched_height(options.tilting), touching = kTouchMargin * touched;
   // Where the contact carries the load, a small tilt or that of a narrow strip needs no other look, unless another part
   // touches during the tilt.
   const bool carries = found.missed == 0.0;
@@ -684,9 +520,9 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
   const bool touches = carries && next.share < 1.0;
   const double small = search_.follows_ridges() ? kSmallTiltOfStrips : kSmallTilt;
   const bool tilted = touches || (lift > small * depth && !narrow);
-  const LaidLower tilting = laid_.contact.linear() ? kLaidLowerFree : kLaidLowerTilting;
+  const LaidLower tilting = laid_.contact().linear() ? kLaidLowerFree : kLaidLowerTilting;
   const LaidLower bound = options.tilting ? tilting : kLaidLower;
-  const bool few = static_cast<double>(pressed) < bound.pressed * static_cast<double>(laid_.heights.size());
+  const bool few = static_cast<double>(pressed) < bound.pressed * static_cast<double>(laid_.count());
   if (tilted) {
     const double rolling = std::min(1.0, kMostTilt * depth / lift) * secant_share(slopes, view.last_tilt);
     // The tilt ends at the next part that touches. A part that was searched for before is not apart from the others.
@@ -701,36 +537,36 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
     }
     const double least_share = std::min(1.0, kMostSlope / slope);
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
-    if (laid_.contact.exact()) view.most_height = beyond ? 0.0 : touched;
+    if (laid_.contact().exact()) view.most_height = beyond ? 0.0 : touched;
     view.least_height = ends ? touching : 0.0;
     view.end_height = view.spot_end = 0.0;
     // If there is one spot that fills its rectangle, no part of the body is outside it.
     const bool apart = spots_.size() > 1 || spots_.front().is_open();
-    view.spot_height = apart ? kTiltedShare * laid_.contact.indentation() : 0.0;
+    view.spot_height = apart ? kTiltedShare * laid_.contact().indentation() : 0.0;
     if (touches || share < rolling) view.spot_height = std::max(view.spot_height, kTouchMargin * next.height);
     return true;
   }
   // Cells along ridges are as wide as the contact, which is deeper than they are high.
   const bool strips = search_.follows_ridges();
-  if (search_.level() > 0.0 && !strips && laid_.contact.indentation() > kTooDeep * laid_.seen.highest &&
+  if (search_.level() > 0.0 && !strips && laid_.contact().indentation() > kTooDeep * laid_.view().highest &&
       view.height_factor < kMostHeightFactor) {
     // The contact is so deep that parts above the cells touch as well.
-    const double deeper = kShareOfDepth * laid_.contact.indentation() / laid_.seen.highest;
+    const double deeper = kShareOfDepth * laid_.contact().indentation() / laid_.view().highest;
     view.height_factor = std::min(view.height_factor * std::min(deeper, kMostHigher), kMostHeightFactor);
     return true;
   }
-  if (view.spot_height < laid_.contact.lowered() && reaches_other_part()) {
-    view.spot_height = kTouchMargin * laid_.contact.lowered();
+  if (view.spot_height < laid_.contact().lowered() && reaches_other_part()) {
+    view.spot_height = kTouchMargin * laid_.contact().lowered();
     return true;
   }
   // Cells above the height to which the body sinks in are not needed.
-  if (few && search_.level() > 0.0 && !strips && touching < bound.lower * laid_.seen.highest) {
+  if (few && search_.level() > 0.0 && !strips && touching < bound.lower * laid_.view().highest) {
     view.end_height = touching;
     // Spots up to a level above the contact's end may hold several places where the body touches.
     if (search_.level() > touching) view.spot_end = touching;
     return true;
   }
-  if (ends && touching > laid_.seen.highest) {
+  if (ends && touching > laid_.view().highest) {
     view.least_height = touching;
     return true;
   }

@@ -11,8 +11,7 @@
 #include <vector>
 
 #include "contact/contact_search.hpp"
-#include "contact/laws/cell_contact.hpp"
-#include "contact/patch_face.hpp"
+#include "contact/laid_cells.hpp"
 #include "contact/spot_lattices.hpp"
 #include "geometry/height_map.hpp"
 
@@ -32,27 +31,29 @@ class PatchPress {
                   CellContact::Workspace& workspace);
   // Solve again on the same cells, where other bodies have lowered the surface under them by `sunk` (cells) [m].
   void press_again(const ContactSurface& surface, const double* wrench, const std::vector<double>& sunk,
-                   CellContact::Workspace& workspace);
+                   CellContact::Workspace& workspace) {
+    laid_.press_again(surface, wrench, sunk, workspace);
+  }
 
   // Place the cells in a workspace again, after others were placed there.
-  void place(const ContactSurface& surface, CellContact::Workspace& workspace);
+  void place(const ContactSurface& surface, CellContact::Workspace& workspace) { laid_.place(surface, workspace); }
 
-  const CellContact& contact() const { return laid_.contact; }
+  const CellContact& contact() const { return laid_.contact(); }
   // How the cells lie on a curved pad.
-  const BentCells& bent() const { return laid_.bent; }
+  const BentCells& bent() const { return laid_.bent(); }
   // Heights of the body above the cells, measured from its tilted plane (cells) [m].
-  const std::vector<double>& heights() const { return laid_.heights; }
+  const std::vector<double>& heights() const { return laid_.heights(); }
   // Gradients of these heights (cells) [-].
-  const std::vector<Point>& gradients() const { return laid_.cells.gradients(); }
-  const Face& face() const { return laid_.cells.face(); }
+  const std::vector<Point>& gradients() const { return laid_.cells().gradients(); }
+  const Face& face() const { return laid_.face(); }
   // The view from which the heights are measured.
-  const HeightWindow& view() const { return laid_.seen; }
-  void integrate_shear(ShearIntegrals& integrals) const { laid_.cells.integrate_shear(integrals); }
+  const HeightWindow& view() const { return laid_.view(); }
+  void integrate_shear(ShearIntegrals& integrals) const { laid_.cells().integrate_shear(integrals); }
   // Slope by which the body tilts from its pose in the simulation [-].
-  double tilt() const;
+  double tilt() const { return laid_.tilt(); }
   // The plane, in the pose of the simulation, below which parts of the body touch the undeformed surface [m]. It tells
   // of parts that were left out whether they touch.
-  InclinedPlane reached() const;
+  InclinedPlane reached() const { return laid_.reached(); }
   // Whether the contact carries the load and agreed with its view, so that no other look was wanted.
   bool settled() const { return settled_; }
   // Height of the body's lowest point over the sheet, above the surface and without a tilt [m]; infinite if there is
@@ -85,7 +86,7 @@ class PatchPress {
   struct Merit {
     double missed;    // distance of the centre of pressure from the load [m]
     bool overlooks;   // whether a part of the body without cells touches as the body tilts
-    double energy;    // see energy() [J]
+    double energy;    // see LaidCells [J]
     double elastic;   // elastic energy of the surface alone [J]
   };
   // The arguments of solve(), and what follows from them.
@@ -125,8 +126,7 @@ class PatchPress {
   void rest_on_springs(const Problem& problem, Looks& looks);
   void find_spots(const Problem& problem, const Viewpoint& view);
   bool press(const Problem& problem, const Viewpoint& view);
-  void position_cells(const Problem& problem);
-  void press_cells(const Problem& problem);
+  bool overloads() const;
   void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
   double exact_depth(const LawOptions& options) const;
   double needs_finer(const LawOptions& options) const;
@@ -137,52 +137,30 @@ class PatchPress {
   void choose_to_split(const LawOptions& options, bool all);
   bool too_many_to_split(double most) const;
   bool split_pressed(const Problem& problem);
-  double lifted(const double* slopes) const;
   // Whether all cells press, and the body has no other part over the sheet that could.
   bool presses_all() const;
-  double likely_height() const;
   Plane first_plane(const Problem& problem) const;
-  void set_heights();
-  bool add_cells(const HeightMap& map, const ContactSurface& surface, const Viewpoint& view);
   double highest_cells(const LawOptions& options, const Viewpoint& view) const;
-  bool goes_beyond() const;
-  bool ends_early() const;
-  double touched_height(const LawOptions& options) const;
   double depth_of_tilts() const;
   NextPart next_part() const;
   bool reaches_other_part() const;
   void widen_regions(double factor) const;
   Plane seen_plane() const;
-  double lowered_at_origin() const;
   bool next_view(const Merit& found, const NextPart& next, const LawOptions& options, Viewpoint& view) const;
-  // Elastic energy of the contact plus the potential energy of the load at the body's height [J]. Of all contacts that
-  // carry the load, the true one has the least, whatever the cells.
-  double energy(const SearchLoad& load) const;
   // Distance of the centre of pressure from the load [m]; 0 if it is too small for taxels to resolve.
-  double missed(const SearchLoad& load, double narrowest) const;
+  double missed(const SearchLoad& load) const;
   Merit merit(const SearchLoad& load, const NextPart& next, const LawOptions& options) const;
   // A contact that carries the load is better than one that misses it. Of two that carry it, the one of less energy is
   // better. A contact that overlooks a part of the body is wrong, however little its energy: any other is better.
   static bool is_worse(const Merit& one, const Merit& other, double margin);
 
-  // The cells of one look, and the contact on them.
-  struct Laid {
-    PatchFace cells;
-    BentCells bent;
-    CellContact contact;
-    HeightWindow seen = {};
-    std::vector<double> heights;
-  };
-
   ContactSearch search_;
-  Laid laid_, best_;   // of the last look; of the best look, while another is taken
-  bool bends_ = false, settled_ = false;
+  LaidCells laid_, best_;   // of the last look; of the best look, while another is taken
+  bool settled_ = false;
   std::vector<Spot> spots_;
   SpotLattices lattices_;
   mutable std::vector<Region> wider_;   // members, so that no step allocates them anew
-  mutable std::vector<std::uint8_t> ends_;
   std::vector<std::uint8_t> start_, chosen_;
-  std::vector<std::size_t> from_;
 };
 
 }  // namespace mjtactile

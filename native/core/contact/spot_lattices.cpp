@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "contact/cells/covered_part.hpp"
-#include "contact/height_power.hpp"
+#include "contact/solvers/height_power.hpp"
 
 namespace mjtactile {
 namespace {
