@@ -8,7 +8,7 @@
 #include "contact/cells/bent_cells.hpp"
 #include "contact/laws/cell_contact.hpp"
 #include "contact/patch_face.hpp"
-#include "geometry/height_window.hpp"
+#include "geometry/height_map.hpp"
 
 namespace mjtactile {
 

@@ -14,7 +14,7 @@
 #include "contact/cells/rectangle_integrals.hpp"
 #include "contact/cells/sampled_lattices.hpp"
 #include "contact/cells/tangential.hpp"
-#include "geometry/height_window.hpp"
+#include "geometry/height_map.hpp"
 
 namespace mjtactile {
 

@@ -11,7 +11,7 @@
 
 #include "contact/cells/ridge_crossings.hpp"
 #include "geometry/disjoint_sets.hpp"
-#include "geometry/height_window.hpp"
+#include "geometry/height_map.hpp"
 
 namespace mjtactile {
 

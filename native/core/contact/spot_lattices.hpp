@@ -7,7 +7,7 @@
 #include "contact/cells/sampled_lattices.hpp"
 #include "contact/contact_search.hpp"
 #include "contact/laws/cell_contact.hpp"
-#include "geometry/height_window.hpp"
+#include "geometry/height_map.hpp"
 
 namespace mjtactile {
 

@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 
+#include "geometry/point_grid.hpp"
 #include "linalg/kernels.hpp"
 #include "linalg/vectors.hpp"
 
@@ -41,11 +42,11 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 using Spot = std::array<double, 3>;
 
 // A triangle clipped at a rectangle: a convex polygon.
-struct Polygon {
+struct ClippedTriangle {
   Spot corners[7];
   std::size_t count = 0;
 
-  Polygon(const double corner[3][3], const Rectangle& part) {
+  ClippedTriangle(const double corner[3][3], const Rectangle& part) {
     for (std::size_t k = 0; k < 3; ++k) corners[count++] = {corner[k][0], corner[k][1], corner[k][2]};
     cut(0, part.west, 1.0), cut(0, part.east, -1.0), cut(1, part.south, 1.0), cut(1, part.north, -1.0);
   }
@@ -71,67 +72,6 @@ struct Polygon {
   }
 };
 
-// A regular grid, not necessarily along x and y, on which points lie row by row.
-struct PointGrid {
-  std::size_t counts[2] = {};   // points in a row, and rows
-  Point first = {0.0, 0.0};
-  double per[2][2] = {};         // places along rows and across them per length along x and y [1/m]
-
-  // Fit the grid to points. False if they do not form one, or are too few.
-  bool fit(const std::vector<Point>& points) {
-    if (points.size() < kFewPoints) return false;
-    first = points.front();
-    const double along[2] = {points[1].x - first.x, points[1].y - first.y};
-    const double near = kOffGrid * std::hypot(along[0], along[1]);
-    std::size_t columns = 1;
-    const auto goes_on = [&](const Point& from, const Point& to) {
-      return std::abs(to.x - from.x - along[0]) + std::abs(to.y - from.y - along[1]) <= near;
-    };
-    while (columns < points.size() && goes_on(points[columns - 1], points[columns])) ++columns;
-    const std::size_t rows = points.size() / columns;
-    if (columns < 2 || rows < 2 || rows * columns != points.size()) return false;
-    const Point &right = points[columns - 1], &top = points[(rows - 1) * columns];
-    const double a[2] = {(right.x - first.x) / static_cast<double>(columns - 1),
-                         (right.y - first.y) / static_cast<double>(columns - 1)};
-    const double b[2] = {(top.x - first.x) / static_cast<double>(rows - 1),
-                         (top.y - first.y) / static_cast<double>(rows - 1)};
-    bool fits = true;
-    for (std::size_t row = 0; row < rows; ++row) {
-      const double x = first.x + static_cast<double>(row) * b[0], y = first.y + static_cast<double>(row) * b[1];
-      for (std::size_t column = 0; column < columns; ++column) {
-        const Point& at = points[row * columns + column];
-        const auto step = static_cast<double>(column);
-        fits &= std::abs(at.x - x - step * a[0]) + std::abs(at.y - y - step * a[1]) <= near;
-      }
-    }
-    const double turn = a[0] * b[1] - a[1] * b[0];
-    if (!fits || !(std::abs(turn) > near * near)) return false;
-    counts[0] = columns, counts[1] = rows;
-    per[0][0] = b[1] / turn, per[0][1] = -b[0] / turn;
-    per[1][0] = -a[1] / turn, per[1][1] = a[0] / turn;
-    return true;
-  }
-
-  // Ranges of columns and rows that contain all grid points in a rectangle, from `from` to before `end`.
-  void find(double west, double east, double south, double north, std::size_t from[2], std::size_t end[2]) const {
-    const double x = (west + east) / 2 - first.x, y = (south + north) / 2 - first.y;
-    for (int axis = 0; axis < 2; ++axis) {
-      const double middle = per[axis][0] * x + per[axis][1] * y;
-      const double half =
-          (std::abs(per[axis][0]) * (east - west) + std::abs(per[axis][1]) * (north - south)) / 2 + kMargin;
-      const auto most = static_cast<double>(counts[axis]);
-      from[axis] = static_cast<std::size_t>(std::min(std::max(middle - half, -1.0) + 1.0, most));
-      end[axis] = static_cast<std::size_t>(std::min(std::max(middle + half, -1.0) + 1.0, most));
-    }
-  }
-
- private:
-  // Least number of points; largest distance of a point from its place on the grid, over the spacing; and margin around
-  // rectangles, in spacings.
-  static constexpr std::size_t kFewPoints = 32;
-  static constexpr double kOffGrid = 1e-4, kMargin = 1e-2;
-};
-
 bool within(const double corner[3][3], const Rectangle& part) {
   return part.holds(corner[0][0], corner[0][1]) && part.holds(corner[1][0], corner[1][1]) &&
          part.holds(corner[2][0], corner[2][1]);
@@ -144,7 +84,7 @@ double lowest_over(const double corner[3][3], const Rectangle& part, double floo
     low = std::min({corner[0][2], corner[1][2], corner[2][2]});
     high = std::max({corner[0][2], corner[1][2], corner[2][2]});
   } else {
-    const Polygon cut(corner, part);
+    const ClippedTriangle cut(corner, part);
     for (std::size_t k = 0; k < cut.count; ++k) {
       low = std::min(low, cut.corners[k][2]);
       high = std::max(high, cut.corners[k][2]);
@@ -567,19 +507,20 @@ void TriangleShadow::lower(const std::vector<Point>& points, double floor, doubl
     std::copy(padded.heights.begin(), padded.heights.end() - kEight, heights);
     return;
   }
-  const auto any = [&](const Span& along, const Span& across, std::size_t from[2], std::size_t end[2]) {
-    grid.find(along.low, along.high, across.low, across.high, from, end);
+  const auto any = [&](const Rectangle& under, std::size_t from[2], std::size_t end[2]) {
+    grid.find(under, from, end);
     return from[0] < end[0] && from[1] < end[1];
   };
   over(range, [&](std::uint32_t number) {
     std::size_t from[2], end[2];
-    if (!few && fine_ && !any(clusters_[number].x, clusters_[number].y, from, end)) return;
+    const Cluster& bounds = clusters_[number];
+    if (!few && fine_ && !any({bounds.x.low, bounds.y.low, bounds.x.high, bounds.y.high}, from, end)) return;
     each_triangle(placed(number), [&](std::size_t block, std::size_t k, std::uint32_t) {
       PointRows rows = padded.row(0, points.size());
       std::size_t at = 0;
       if (!few) {
-        const TriangleBounds& bounds = bounds_[block];
-        if (!any({bounds.west[k], bounds.east[k]}, {bounds.south[k], bounds.north[k]}, from, end)) return;
+        const TriangleBounds& own = bounds_[block];
+        if (!any({own.west[k], own.south[k], own.east[k], own.north[k]}, from, end)) return;
         at = from[1] * grid.counts[0] + from[0];
         rows = {padded.x.data() + at, padded.y.data() + at, end[1] - from[1], end[0] - from[0], grid.counts[0]};
       }
@@ -691,7 +632,7 @@ void TriangleShadow::offer_cuts(std::uint32_t triangle) {
   double corner[3][3];
   corners_of(triangle, corner);
   if (within(corner, part_)) return;
-  const Polygon cut(corner, part_);
+  const ClippedTriangle cut(corner, part_);
   double lowest = kInfinite;
   for (std::size_t k = 0; k < cut.count; ++k) lowest = std::min(lowest, cut.corners[k][2]);
   const auto on_rim = [this](const Spot& at) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "contact/cells/lattice.hpp"
-#include "geometry/height_window.hpp"
+#include "geometry/height_map.hpp"
 
 namespace mjtactile {
 

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "geometry/height_window.hpp"
+#include "geometry/height_map.hpp"
 
 namespace mjtactile {
 

@@ -11,7 +11,7 @@
 #include "contact/cells/covered_part.hpp"
 #include "contact/cells/lattice.hpp"
 #include "contact/cells/ridge_crossings.hpp"
-#include "geometry/height_window.hpp"
+#include "geometry/height_map.hpp"
 
 namespace mjtactile {
 
