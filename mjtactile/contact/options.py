@@ -28,6 +28,8 @@ _UP.setflags(write=False)
 _TANGENT = 1e-8
 #: Whether the body may tilt under its load.
 TILTS = ("free", "fixed")
+#: Largest width of a flat face's cells over the thickness of what gives way under them.
+_WIDEST = 0.75
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,9 +56,13 @@ class ContactOptions:
         """Width [m] of a flat face's cells above which it gets more of them, up to a bound; 0 for no such width.
 
         A pressure that jumps from cell to cell shears a sheet that is thinner than a cell is wide, where the true one
-        does not. Shear with a compliance of its own is too slow for more cells.
+        does not. So cells are as wide as _WIDEST of what gives way: of a layer stiffer than the top one, only as much
+        counts as gives way like that. Shear with a compliance of its own is too slow for more cells.
         """
-        return pad.thickness if self.contact_law.shapes and not self.choice.couples else 0.0
+        if self.choice.couples or not self.contact_law.shapes:
+            return 0.0
+        top = pad.layers[0].young
+        return _WIDEST * sum(layer.thickness * min(1.0, top / layer.young) for layer in pad.layers)
 
     def with_friction(self) -> ContactOptions:
         """The options unchanged, after checking that friction is given if the tangential choice needs it.
