@@ -133,8 +133,8 @@ Placed between(const Model* model, int first, int body) {
   return seen_from(back, on_root(model, body));
 }
 
-// Whether MuJoCo's filters keep all geoms of two bodies from colliding, explicit pairs aside: the bodies are welded, one
-// is welded to the other's parent, or the model excludes the pair (computation, "Collision detection", in MuJoCo's
+// Whether MuJoCo's filters keep all geoms of two bodies from colliding, explicit pairs aside: the bodies are welded,
+// one is welded to the other's parent, or the model excludes the pair (computation, "Collision detection", in MuJoCo's
 // documentation).
 bool are_kept_apart(const Model* model, int one, int other) {
   const int *weld = ints(model, layout.model_body_weldid), first = weld[one], second = weld[other];

@@ -1,6 +1,7 @@
 """Faces in one plane, of several geoms of a body, press as one face: that of what they cover together."""
 
 import math
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
@@ -15,7 +16,7 @@ import mjtactile
 pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.ContactWarning")
 
 #: Boxes [mm]: middle, then width and height.
-Boxes = list[tuple[float, float, float, float]]
+Boxes = Sequence[tuple[float, float, float, float]]
 BODIES: dict[str, Boxes] = {
     "T of boxes side by side": [(0, 2, 8, 2), (0, -1.5, 2, 5)],
     "T of boxes that overlap": [(0, 2, 8, 2), (0, -1, 2, 6)],
