@@ -56,8 +56,8 @@ class ContactOptions:
         """Width [m] of a flat face's cells above which it gets more of them, up to a bound; 0 for no such width.
 
         A pressure that jumps from cell to cell shears a sheet that is thinner than a cell is wide, where the true one
-        does not. So cells are as wide as _WIDEST of what gives way: of a layer stiffer than the top one, only as much
-        counts as gives way like that. Shear with a compliance of its own is too slow for more cells.
+        does not. It is the part of the sheet that gives way which must not be thinner: a layer stiffer than the top one
+        counts in proportion to its compliance. Shear with a compliance of its own is too slow for more cells.
         """
         if self.choice.couples or not self.contact_law.shapes:
             return 0.0

@@ -43,7 +43,7 @@ inline LawOptions law_options(const char* law, const char* tangential, int tilti
 
 inline SideLimits side_limits(const LawOptions& options, double facing_gap) {
   const bool shapes = options.law->shapes();
-  return {facing_gap, !options.tilting && shapes, shapes, options.cells, options.widest};
+  return {facing_gap, !options.tilting && shapes, shapes, {options.cells, options.widest}};
 }
 
 inline Pose pose_of(const double* numbers) {

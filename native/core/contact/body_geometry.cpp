@@ -6,7 +6,6 @@
 #include <iterator>
 #include <utility>
 
-#include "contact/cells/face_cells.hpp"
 #include "linalg/angles.hpp"
 #include "linalg/vectors.hpp"
 
@@ -406,7 +405,7 @@ bool BodyGeometry::look_at(FlatSide& side) const {
   }
   auto face = std::make_shared<Face>();
   FaceCells cells;
-  if (!cells.make(side.outline, {limits_.cells, limits_.widest}, *face)) return false;
+  if (!cells.make(side.outline, limits_.cells, *face)) return false;
   std::copy(side.rotation, side.rotation + 9, face->rotation);
   face->height = side.height;
   face->most_slope = side.most_slope;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "contact/cells/face.hpp"
+#include "contact/cells/face_cells.hpp"
 #include "geometry/flat_facets.hpp"
 #include "geometry/outline.hpp"
 #include "geometry/shape.hpp"
@@ -36,8 +37,7 @@ struct SideLimits {
   double facing_gap;     // parts of the body up to this height above the first touch face the pad [m]
   bool level;            // whether the body keeps its orientation, so that a side must lie parallel to the pad
   bool leaning;          // whether the body may tilt onto sides that lean far
-  std::size_t cells;     // number of contact cells on a side
-  double widest;         // width [m] of cells above which there are more of them, see FaceCells; 0: never
+  CellCount cells;       // contact cells on a side
 };
 
 // Geometry of all geoms of one body. Sides are computed when they are first used.

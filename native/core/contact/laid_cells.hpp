@@ -63,9 +63,9 @@ class LaidCells {
   // How far the body comes down over the origin, from the pose in which the view sees it [m]. Over other points it
   // comes down by the tilt's rise more.
   double lowered_at_origin() const;
-  // Slopes of the body against its pose in the simulation [-], and the plane below which its parts touch the undeformed
-  // surface.
+  // The plane, in the pose of the simulation, below which parts of the body touch the undeformed surface [m].
   InclinedPlane reached() const;
+  // Slope by which the body tilts from its pose in the simulation [-].
   double tilt() const;
 
  private:

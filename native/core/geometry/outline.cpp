@@ -13,7 +13,7 @@ namespace {
 // Distance from a side of the sheet up to which a point lies on it, over the sheet's size.
 constexpr double kOnRim = 1e-9;
 
-// Distance from an edge at which is looked what lies beside it, over that of equal points.
+// Distance from an edge of the points that tell what lies beside it, over that of equal points.
 constexpr double kBeside = 1e-3;
 
 // Areas below this fraction of the rectangle's are rounding.
