@@ -192,7 +192,7 @@ weights: $(VENV)/installed-dev
 view-all:
 	$(TRAIN)/train_view.py $(FIT)/all
 view-top:
-	$(TRAIN)/train_view.py $(FIT)/top --layers 0 --parts 120
+	$(TRAIN)/train_view.py $(FIT)/top --layers 0
 force-all:
 	$(TRAIN)/train_force.py $(FIT)/all
 	$(TRAIN)/train_force.py $(FIT)/all --start $(WEIGHTS)/all/force.safetensors $(SETTLE)

@@ -21,8 +21,8 @@ class Config:
 
     data: Path  #: folder of the dataset
     weights: Path  #: folder to write to
-    layers: tuple[int, ...] = (0, 1, 2, 3)  #: sensing layers to look at, 0 on top
-    parts: int = 256  #: principal parts
+    layers: tuple[int, ...] | None = None  #: sensing layers to look at, 0 on top; by default all
+    parts: int | None = None  #: principal parts; by default 256, or five sevenths of the taxels if they are fewer
 
 
 def main(config: Config) -> None:
@@ -31,8 +31,8 @@ def main(config: Config) -> None:
     view, dataset = fit_view(config.data, config.layers, config.parts)
     arrays = {"parts": view.parts, "mean": view.mean, "scale": view.scale}
     seconds = time.perf_counter() - start
-    write_module(config, "view.safetensors", "view", config.layers, arrays, dataset, seconds)
-    print(f"view of layers {config.layers}: {config.parts} parts, {seconds:.0f} s")
+    write_module(config, "view.safetensors", "view", view.layers, arrays, dataset, seconds)
+    print(f"view of layers {view.layers}: {view.parts.shape[1]} parts, {seconds:.0f} s")
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import torch
 
-from mjtactile import Pad, recognition
+from mjtactile import Pad, TaxelGrid, recognition
 from mjtactile.dataset.files import make_dataset
 from mjtactile.dataset.spec import load_spec, parse_spec
 from mjtactile.errors import IndenterError
@@ -153,6 +153,25 @@ def test_a_new_shape_takes_no_other_shapes_name(tmp_path, scripts):
         check(one, "a/b")
     with pytest.raises(IndenterError, match="'hexagn' does not exist"):
         check("hexagn")
+
+
+def test_a_view_takes_the_layers_and_parts_that_a_pad_has(tmp_path, scripts):
+    pad = Pad(taxels=TaxelGrid(rows=4, columns=4), depths=(1e-3, 2e-3))
+    make_dataset(replace(SPEC, presses=48, pad=pad), tmp_path, progress=False)
+
+    def parts(**arguments):
+        scripts["train_view"].main(scripts["train_view"].Config(data=tmp_path, weights=tmp_path, **arguments))
+        stored = read_weights(tmp_path / "view.safetensors")
+        return stored.layers, stored.arrays["parts"].shape
+
+    # Noise is what the parts leave over: some taxels' worth is left to it.
+    assert parts() == ((0, 1), (32, 22))
+    assert parts(layers=(0,)) == ((0,), (16, 11))
+    for layers in ((0, 2), (-1,), (1, 1)):
+        with pytest.raises(recognition.RecognitionError, match=r"2 depths; expected some of \[0, 1\]"):
+            parts(layers=layers)
+    with pytest.raises(recognition.RecognitionError, match=r"32 principal parts of 32 taxels; .* fewer"):
+        parts(parts=32)
 
 
 def test_only_symmetric_pads_are_trained_for(tmp_path, scripts):

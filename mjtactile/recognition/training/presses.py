@@ -16,6 +16,8 @@ from mjtactile.recognition.symmetry import NEEDED, Mirrors, into_octant, is_symm
 
 #: Presses whose centre is closer than this to the octant's border, in taxels, are used on both sides of it.
 _BORDER = 0.12
+#: Default number of principal components, where there are enough taxels.
+_MOST_PARTS = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,16 +51,19 @@ class Presses:
         return self.mirrors.vectors(self.dataset.positions[self.source])
 
 
-def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[PrincipalComponents, dict[str, Any]]:
+def fit_view(
+    folder: Path, layers: tuple[int, ...] | None = None, parts: int | None = None
+) -> tuple[PrincipalComponents, dict[str, Any]]:
     """Principal components of a dataset's normalised readings, and the dataset's metadata.
 
     Args:
         folder: folder of the dataset.
-        layers: indices of the sensing layers to use.
-        parts: number of components.
+        layers: indices of the sensing layers to use, 0 at the top; None for all.
+        parts: number of components; None for 256, or five sevenths of the taxels of these layers if they are fewer.
 
     Raises:
-        RecognitionError: the dataset's pad is not symmetric.
+        RecognitionError: the dataset's pad is not symmetric, it does not have these layers, or there are not more
+            taxels than components.
     """
     dataset = read_dataset(folder)
     pad = pad_from(dataset.metadata["pad"])
@@ -67,6 +72,19 @@ def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[Princip
             f"a {pad.summary} is not symmetric: {NEEDED}. Networks of your own may learn from the dataset's readings."
         )
     shape = tuple(dataset.metadata["reading_shape"])
+    layers = tuple(range(shape[0])) if layers is None else layers
+    if not layers or len(set(layers)) < len(layers) or not set(layers) <= set(range(shape[0])):
+        raise RecognitionError(
+            f"layers {list(layers)} of a {pad.summary}; expected some of {list(range(shape[0]))}, 0 at the top, each "
+            "once."
+        )
+    taxels = len(layers) * shape[1] * shape[2]
+    parts = min(_MOST_PARTS, taxels * 5 // 7) if parts is None else parts
+    if not 1 <= parts < taxels:
+        raise RecognitionError(
+            f"{parts} principal parts of {taxels} taxels; expected at least one and fewer than taxels, because noise "
+            "is what parts leave over. Ask for fewer, or for more layers."
+        )
     return PrincipalComponents.fitted(_octants(dataset, layers)[0], parts, layers, shape), dataset.metadata
 
 
