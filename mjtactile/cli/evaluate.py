@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
@@ -76,19 +77,19 @@ def tables(result: dict[str, Any]) -> str:
     """
     parts = (
         f"Seed {result['seed']}, preset {result['preset']}, law {result['law']}, "
-        f"{result['presses']} presses in MuJoCo.",
+        f"{result['presses']} presses in MuJoCo.\nPad: a {result['pad']}.",
         markdown_table(
-            ("figure", "unit", "bound", "four layers", "one layer"),
+            ("figure", "unit", "bound", "all layers", "top layer"),
             [
                 (*names, *(text(result[part][layers]) for layers in ("all", "top")))
                 for names, part, text in _summary_rows()
             ],
         ),
-        "Each contact by itself, MuJoCo, 1 % noise, four layers / the top one:",
+        "Each contact by itself, MuJoCo, 1 % noise, all layers / the top one:",
         shape_table(result),
-        "With what noise the layers differ, MuJoCo, four layers / the top one:",
+        "With what noise the layers differ, MuJoCo, all layers / the top one:",
         noise_table(result),
-        "Transducers of 100 kPa full scale with 1 % noise, all forces from 5 gf on, four layers / the top one:",
+        "Transducers of 100 kPa full scale with 1 % noise, all forces from 5 gf on, all layers / the top one:",
         transducer_table(result),
     )
     return "\n\n".join(parts)
@@ -106,8 +107,8 @@ def side_by_side(results: list[dict[str, Any]]) -> str:
         for names, part, text in _summary_rows(three="; ")
     ]
     title = (
-        f"Seed {results[0]['seed']}, {results[0]['presses']} presses in MuJoCo for each preset and contact law, four "
-        "layers / the top one:"
+        f"Pad: a {results[0]['pad']}.\nSeed {results[0]['seed']}, {results[0]['presses']} presses in MuJoCo for each "
+        "preset and contact law, all layers / the top one:"
     )
     return f"{title}\n\n{markdown_table(head, rows)}"
 
@@ -116,27 +117,32 @@ def _summary_rows(three: str = " / ") -> list[tuple[tuple[str, str, str], str, C
     """Name, unit and bound of every quantity; the part of a result that contains it; and its value as text."""
 
     def of_three(figures: dict[str, Any]) -> str:
-        return three.join(f"{100 * rate:.4g}" for rate in figures["three_rate"].values())
+        return three.join(_number(100 * rate, ".4g") for rate in figures["three_rate"].values())
 
     return [
-        (("direction, protocol, mean", "deg", "<= 0.05"), "protocol", lambda r: f"{r['direction_deg']:.3f}"),
-        (("magnitude, protocol, mean", "gf", "<= 0.05"), "protocol", lambda r: f"{r['magnitude_gf']:.3f}"),
+        (("direction, protocol, mean", "deg", "<= 0.05"), "protocol", lambda r: _number(r["direction_deg"], ".3f")),
+        (("magnitude, protocol, mean", "gf", "<= 0.05"), "protocol", lambda r: _number(r["magnitude_gf"], ".3f")),
         (
             ("seven shapes, protocol", "right", "56 of 56"),
             "protocol",
             lambda r: f"{r['shapes_right']} of {r['shapes_asked']}",
         ),
         (("circle / triangle / square, protocol", "%", "100 / 100 / 100"), "protocol", of_three),
-        (("direction, MuJoCo, median", "deg", "<= 0.5"), "mujoco", lambda r: f"{r['direction_median_deg']:.3f}"),
+        (("direction, MuJoCo, median", "deg", "<= 0.5"), "mujoco", lambda r: _number(r["direction_median_deg"], ".3f")),
         (
             ("magnitude, MuJoCo, mean", "% of 200 gf", "<= 0.5"),
             "mujoco",
-            lambda r: f"{r['magnitude_of_200gf']:.3%}".rstrip("%"),
+            lambda r: _number(100 * r["magnitude_of_200gf"], ".3f"),
         ),
-        (("position, MuJoCo, mean", "mm", "<= 0.1"), "mujoco", lambda r: f"{r['position_mean_mm']:.3f}"),
-        (("seven shapes, MuJoCo", "%", ">= 99.6"), "mujoco", lambda r: f"{100 * r['shape_rate']:.2f}"),
+        (("position, MuJoCo, mean", "mm", "<= 0.1"), "mujoco", lambda r: _number(r["position_mean_mm"], ".3f")),
+        (("seven shapes, MuJoCo", "%", ">= 99.6"), "mujoco", lambda r: _number(100 * r["shape_rate"], ".2f")),
         (("circle / triangle / square, MuJoCo", "%", "100 / 100 / 100"), "mujoco", of_three),
     ]
+
+
+def _number(value: float, form: str) -> str:
+    """A number as text; "-" for what could not be measured, such as the rate of a shape of which there is no press."""
+    return "-" if math.isnan(value) else format(value, form)
 
 
 def shape_table(result: dict[str, Any]) -> str:
@@ -149,10 +155,10 @@ def shape_table(result: dict[str, Any]) -> str:
             *(
                 " / ".join(text(each[name]) for each in both)
                 for text in (
-                    lambda r: f"{r['direction_median_deg']:.2f}",
-                    lambda r: f"{r['magnitude_mean_gf']:.2f}",
-                    lambda r: f"{r['position_mean_mm']:.3f}",
-                    lambda r: f"{100 * r['rate']:.2f}" if "rate" in r else "-",
+                    lambda r: _number(r["direction_median_deg"], ".2f"),
+                    lambda r: _number(r["magnitude_mean_gf"], ".2f"),
+                    lambda r: _number(r["position_mean_mm"], ".3f"),
+                    lambda r: _number(100 * r["rate"], ".2f") if "rate" in r else "-",
                 )
             ),
         )
@@ -164,21 +170,21 @@ def shape_table(result: dict[str, Any]) -> str:
 
 #: Columns of tables with a row for each noise or array: title, and function from a row's results to text.
 _COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
-    "direction, median deg": lambda r: f"{r['direction_median_deg']:.3f}",
-    "magnitude, gf": lambda r: f"{r['magnitude_mean_gf']:.2f}",
-    "position, mm": lambda r: f"{r['position_mean_mm']:.3f}",
-    "shape right, %": lambda r: f"{100 * r['shape_rate']:.2f}",
+    "direction, median deg": lambda r: _number(r["direction_median_deg"], ".3f"),
+    "magnitude, gf": lambda r: _number(r["magnitude_mean_gf"], ".2f"),
+    "position, mm": lambda r: _number(r["position_mean_mm"], ".3f"),
+    "shape right, %": lambda r: _number(100 * r["shape_rate"], ".2f"),
 }
-_FIRM_COLUMN = {"from 50 gf on, %": lambda r: f"{100 * r['shape_rate_firm']:.2f}"}
+_FIRM_COLUMN = {"from 50 gf on, %": lambda r: _number(100 * r["shape_rate_firm"], ".2f")}
 
 
 def noise_table(result: dict[str, Any]) -> str:
-    """Table of the errors at each level of noise, for four layers and for one, as Markdown."""
+    """Table of the errors at each level of noise, for all layers and for the top one, as Markdown."""
     return _rows_table("noise", [(f"{100 * row['noise']:g} %", row) for row in result["noise"]], _COLUMNS)
 
 
 def transducer_table(result: dict[str, Any]) -> str:
-    """Table of the errors with each kind of transducer array, for four layers and for one, as Markdown."""
+    """Table of the errors with each kind of transducer array, for all layers and for the top one, as Markdown."""
     rows = [(row["transducer"], row) for row in result["transducers"]]
     return _rows_table("transducers", rows, _COLUMNS | _FIRM_COLUMN)
 

@@ -15,6 +15,7 @@ from typing import Literal, overload
 
 from mjtactile.errors import RecognitionError, shortened
 from mjtactile.pad import Pad
+from mjtactile.pad_names import pad_from_values
 from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.force import ForceRecogniser, ForceResult
 from mjtactile.recognition.grasp import GraspRecogniser, GraspResult
@@ -33,6 +34,7 @@ __all__ = [
     "ShapeResult",
     "load",
     "modules",
+    "trained_pad",
 ]
 
 #: Folders of shipped weights, named after the sensing layers they use.
@@ -125,6 +127,20 @@ def modules(*, layers: str | None = None, folder: str | Path | None = None) -> d
     if layers is not None and folder is not None:
         _view(registry, where, layers)
     return registry
+
+
+def trained_pad(*, layers: str | None = None, folder: str | Path | None = None) -> Pad:
+    """The pad that recognisers were trained for.
+
+    Args:
+        layers: as in `load`.
+        folder: as in `load`.
+
+    Raises:
+        RecognitionError: there are no weights for these layers, or no registry, or it is damaged.
+    """
+    where, registry = _weights(layers, folder)
+    return pad_from_values(_view(registry, where, layers).metadata["pad"], where)
 
 
 def _weights(layers: str | None, folder: str | Path | None, *, grasp: bool = False) -> tuple[Path, dict[str, Entry]]:

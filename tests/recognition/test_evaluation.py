@@ -11,16 +11,22 @@ from typer.testing import CliRunner
 
 from mjtactile.cli.evaluate import side_by_side, tables
 from mjtactile.cli.main import app
+from mjtactile.dataset.files import make_dataset
 from mjtactile.errors import RecognitionError
+from mjtactile.pad import Layer, Pad
+from mjtactile.recognition import trained_pad
+from mjtactile.recognition.evaluation import recognisers as of_recognisers
 from mjtactile.recognition.evaluation.arrays import TransducerArray
 from mjtactile.recognition.evaluation.recognisers import (
     EvaluationSettings,
     angles_between,
     evaluate,
     noisy,
+    protocol,
     recognisers,
 )
-from mjtactile.recognition.weight_files import SHIPPED
+from mjtactile.recognition.registry import register
+from mjtactile.recognition.weight_files import SHIPPED, read_weights, write_weights
 from mjtactile.transducer.imperfections import Imperfections
 
 
@@ -87,12 +93,62 @@ def test_sensors_side_by_side_have_a_column_each():
         "shape_rate": 0.997,
         "three_rate": protocol["three_rate"],
     }
-    result = {"seed": 1, "presses": 20, "preset": "fast", "law": "uniform"}
+    result = {"seed": 1, "presses": 20, "preset": "fast", "law": "uniform", "pad": Pad().summary}
     result |= {"protocol": {"all": protocol, "top": protocol}, "mujoco": {"all": mujoco, "top": mujoco}}
     text = side_by_side([result, {**result, "preset": "precise", "law": "elastic"}])
     assert "| figure | unit | bound | fast, uniform | precise, elastic |" in text
     assert "| magnitude, MuJoCo, mean | % of 200 gf | <= 0.5 | 0.400 / 0.400 | 0.400 / 0.400 |" in text
     assert "55 of 56 / 55 of 56" in text
+
+
+def test_what_could_not_be_measured_is_a_dash_in_tables():
+    """Of few presses none may be a square, none tilted and none hard."""
+    rate = {"circle": 1.0, "triangle": 0.5, "square": math.nan}
+    names = ("direction_deg", "magnitude_gf", "direction_median_deg", "magnitude_mean_gf", "magnitude_of_200gf")
+    unknown = dict.fromkeys((*names, "position_mean_mm", "shape_rate", "shape_rate_firm", "rate"), math.nan)
+    figures = {**unknown, "shapes_right": 0, "shapes_asked": 0, "three_rate": rate}
+    both = dict.fromkeys(("all", "top"), figures | {"by_shape": {"star": {"presses": 4, **unknown}}})
+    result = {"seed": 1, "presses": 4, "preset": "fast", "law": "uniform", "pad": Pad().summary}
+    result |= {"protocol": both, "mujoco": both, "noise": [{"noise": 0.01, **both}]}
+    text = tables(result | {"transducers": [{"transducer": "capacitive", **both}]})
+    assert "nan" not in text
+    assert "| circle / triangle / square, MuJoCo | % | 100 / 100 / 100 | 100 / 50 / - | 100 / 50 / - |" in text
+    assert "| star | 4 | - / - | - / - | - / - | - / - |" in text
+
+
+def test_weights_are_evaluated_on_the_pad_that_they_are_for(tmp_path, monkeypatch):
+    """Asked of the shipped weights under another pad's name: recognisers that fit take minutes to train."""
+    stiff = Pad(layers=(Layer(thickness=5e-3, young=6e6, poisson=0.49),))
+    for layers in ("all", "top"):
+        shutil.copytree(SHIPPED / layers, tmp_path / layers)
+        for path in (tmp_path / layers).glob("*.safetensors"):
+            stored = read_weights(path)
+            kept = {name: stored.metadata[name] for name in ("kind", "layers", "shape") if name in stored.metadata}
+            write_weights(path, stored.arrays, kept, stiff)
+            register(tmp_path / layers, path.name, optional=path.stem in ("shape-hexagon", "shape-cross"))
+    assert trained_pad(folder=tmp_path) == stiff
+    assert trained_pad() == Pad()
+
+    pressed = []
+    monkeypatch.setattr(of_recognisers, "ARRAYS", {})
+    monkeypatch.setattr(of_recognisers, "NOISES", ())
+    monkeypatch.setattr(
+        of_recognisers, "make_dataset", lambda spec, *a, **k: pressed.append(spec.pad) or make_dataset(spec, *a, **k)
+    )
+    monkeypatch.setattr(
+        of_recognisers, "protocol", lambda influence, *pair: pressed.append(influence.pad) or protocol(influence, *pair)
+    )
+    settings = EvaluationSettings(seed=1, presses=20, fidelity="fast")
+    result = evaluate(settings, workers=1, folder=tmp_path, progress=False)
+    assert pressed == [stiff] * 3
+    assert result["pad"] == stiff.summary
+    # Of one material, force makes the same stress in stiffer ones.
+    assert result["mujoco"]["all"]["direction_median_deg"] < 1.0
+
+    shutil.rmtree(tmp_path / "top")
+    shutil.copytree(SHIPPED / "top", tmp_path / "top")
+    with pytest.raises(RecognitionError, match=r"was trained for a .*E 3 MPa.*but the pad is a .*E 6 MPa"):
+        recognisers(tmp_path)
 
 
 def test_what_could_not_be_measured_is_null_in_json(monkeypatch):
@@ -107,7 +163,8 @@ def test_what_could_not_be_measured_is_null_in_json(monkeypatch):
 
 @pytest.mark.parametrize("folder", [SHIPPED, SHIPPED / "all", SHIPPED / "top"])
 def test_a_folder_of_weights_or_one_of_its_layers_is_evaluated(folder):
-    pairs = recognisers(folder)
+    pad, pairs = recognisers(folder)
+    assert pad == Pad()
     assert {layers: force.view.layers for layers, (force, _) in pairs.items()} == {"all": (0, 1, 2, 3), "top": (0,)}
 
 

@@ -26,7 +26,7 @@ from mjtactile.dataset.spec import parse_spec
 from mjtactile.fidelity import DEFAULT, as_fidelity
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.pad import force_vector
+from mjtactile.pad import Pad, force_vector
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser
 from mjtactile.recognition.evaluation.arrays import ARRAYS, TransducerArray
 from mjtactile.units import GRAM_FORCE
@@ -70,18 +70,18 @@ def evaluate(
         progress: show a progress bar on a terminal.
 
     Returns:
-        Plain values: "protocol" and "mujoco" by layers ("all", "top"), "noise" and "transducers" as lists of rows, and
-        the settings.
+        Plain values: "protocol" and "mujoco" by layers ("all", "top"), "noise" and "transducers" as lists of rows, the
+        settings, and a summary of the pad. Presses are on the pad that the weights are for.
     """
     require("dataset")  # before long work
     from mjtactile.influence.cache import influence_matrices
 
     known, seed = as_fidelity(settings.fidelity), settings.seed
     chosen = replace(known, law=known.law if settings.law is None else settings.law)
-    influence = influence_matrices(fidelity=chosen, progress=progress)
-    pairs = recognisers(folder)
+    pad, pairs = recognisers(folder)
+    influence = influence_matrices(pad, fidelity=chosen, progress=progress)
     with tempfile.TemporaryDirectory() as scratch:
-        spec = parse_spec(_spec_values(seed, settings.presses, settings.fidelity, influence.fidelity.law))
+        spec = replace(parse_spec(_spec_values(settings, influence.fidelity.law)), pad=pad)
         make_dataset(spec, Path(scratch), workers=workers, progress=progress)
         data = read_dataset(Path(scratch))
     return {
@@ -89,6 +89,7 @@ def evaluate(
         "presses": len(data.readings),
         "preset": settings.fidelity,
         "law": influence.fidelity.law,
+        "pad": pad.summary,
         "protocol": {layers: protocol(influence, *pair) for layers, pair in pairs.items()},
         "mujoco": {layers: random_presses(data, *pair, noise=0.01, seed=seed) for layers, pair in pairs.items()},
         "noise": [
@@ -102,33 +103,34 @@ def evaluate(
     }
 
 
-def recognisers(folder: Path | None = None) -> dict[str, tuple[ForceRecogniser, ShapeRecogniser]]:
-    """The evaluated recognisers of force and shape, by their layers ("all", "top").
+def recognisers(folder: Path | None = None) -> tuple[Pad, dict[str, tuple[ForceRecogniser, ShapeRecogniser]]]:
+    """The pad that weights are for, and the evaluated recognisers of force and shape by layers ("all", "top").
 
     Args:
         folder: folder of other weights, see `evaluate`.
 
     Raises:
-        RecognitionError: weights are missing or damaged.
+        RecognitionError: weights are missing or damaged, or those of both layers are for different pads.
     """
     if folder is not None and folder.absolute().name in _LAYERS:
         folder = folder.absolute().parent
-    return {
+    pad = recognition.trained_pad(layers=_LAYERS[0], folder=folder)
+    return pad, {
         layers: (
-            recognition.load("force", layers=layers, folder=folder),
-            recognition.load("shape", layers=layers, folder=folder),
+            recognition.load("force", layers=layers, folder=folder, pad=pad),
+            recognition.load("shape", layers=layers, folder=folder, pad=pad),
         )
         for layers in _LAYERS
     }
 
 
-def _spec_values(seed: int, presses: int, fidelity: str, law: str) -> dict[str, Any]:
+def _spec_values(settings: EvaluationSettings, law: str) -> dict[str, Any]:
     """The random presses of an evaluation as the values of a dataset's TOML file."""
     return {
-        "seed": seed,
-        "presses": presses,
+        "seed": settings.seed,
+        "presses": settings.presses,
         "backend": "mujoco",
-        "fidelity": fidelity,
+        "fidelity": settings.fidelity,
         "law": law,
         "free": 0.25,
         "poses": 2,
