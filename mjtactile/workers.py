@@ -10,6 +10,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import socket
+import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -149,13 +150,40 @@ class _Job(Generic[Task, Result]):
             return self.function(task)
 
 
+def process_pool(count: int) -> ProcessPoolExecutor:
+    """A pool of new processes, which end with this one, even if it is killed.
+
+    Args:
+        count: number of processes.
+    """
+    # Spawned, not forked: this process may have threads.
+    return ProcessPoolExecutor(
+        count, mp_context=multiprocessing.get_context("spawn"), initializer=end_with_parent_process
+    )
+
+
+def end_with_parent_process() -> None:
+    """Let this process end as soon as the process that started it has ended; otherwise it would wait for ever.
+
+    A process that is killed, or terminated by a batch system, cannot end those that it started.
+    """
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+
+    def wait() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
+
+
 def _by_processes(job: _Job[Task, Result], tasks: Sequence[Task], count: int) -> Iterator[tuple[int, Result]]:
     left = dict(enumerate(tasks))
-    context = multiprocessing.get_context("spawn")
     losses = 0
     while left:
         # One killed process breaks its pool: the remaining tasks go to a new pool.
-        with ProcessPoolExecutor(min(count, len(left)), mp_context=context) as pool:
+        with process_pool(min(count, len(left))) as pool:
             try:
                 running = {pool.submit(job, task): place for place, task in left.items()}
                 for future in as_completed(running):

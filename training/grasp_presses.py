@@ -9,9 +9,7 @@ press has a pressing force of 1 N: the recogniser takes magnitudes out.
 from __future__ import annotations
 
 import math
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +24,7 @@ from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import quiet_contacts
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.pad import Pad
+from mjtactile.workers import process_pool
 
 #: Presses of one job.
 _PER_JOB = 500
@@ -52,7 +51,7 @@ def main(config: Config) -> None:
     made = []
     with (
         progress_bar("pressing", len(jobs)) as advance,
-        ProcessPoolExecutor(config.workers, mp_context=get_context("spawn")) as pool,
+        process_pool(config.workers) as pool,
     ):
         for one in pool.map(pressed, jobs):
             made.append(one)

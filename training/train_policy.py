@@ -15,9 +15,8 @@ import json
 import math
 import time
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import dataclass, fields
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +29,7 @@ from mjtactile._files import write_atomically
 from mjtactile.cli.benchmarks.tables import table_on_page
 from mjtactile.errors import TrialsError, shortened
 from mjtactile.units import finite_number, is_whole
+from mjtactile.workers import process_pool
 
 #: What is compared: with touch, and without.
 ARMS = {"touch": "readings", "no touch": "none"}
@@ -194,8 +194,7 @@ def _results(config: Config, missing: list[tuple[str, int]]) -> Iterator[dict[st
     if config.workers == 1:
         yield from (run(config, arm, seed) for arm, seed in missing)
         return
-    # Spawned, not forked: torch has threads by now.
-    with ProcessPoolExecutor(config.workers, mp_context=get_context("spawn")) as workers:
+    with process_pool(config.workers) as workers:
         for done in as_completed([workers.submit(run, config, arm, seed) for arm, seed in missing]):
             yield done.result()
 

@@ -1,8 +1,13 @@
 from __future__ import annotations
 
+import fcntl
+import multiprocessing
 import os
 import signal
 import sys
+import threading
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -35,6 +40,52 @@ def lose_every_worker(number: int) -> int:
     if number == 3:
         os.kill(os.getpid(), signal.SIGKILL)
     return number
+
+
+def never_done(folder: Path) -> None:
+    """Hold a lock on a file of this process's own, until it ends."""
+    with (folder / str(os.getpid())).open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        (folder / f"{os.getpid()}.locked").touch()
+        threading.Event().wait()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
+def test_workers_end_with_the_process_that_started_them(tmp_path, how):
+    """A killed process cannot end its workers, which would keep their memory for ever."""
+    context = multiprocessing.get_context("spawn")
+    asker = context.Process(target=ask_for_what_never_ends, args=(tmp_path,))
+    asker.start()
+    assert holds_soon(lambda: len(list(tmp_path.glob("*.locked"))) == 2)
+    files = [path.with_suffix("") for path in tmp_path.glob("*.locked")]
+    assert all(is_locked(file) for file in files)
+    os.kill(asker.pid or 0, how)
+    asker.join()
+    assert holds_soon(lambda: not any(is_locked(file) for file in files))
+
+
+def ask_for_what_never_ends(folder: Path) -> None:
+    list(distributed(never_done, [folder] * 2, Workers(count=2)))
+
+
+def holds_soon(condition: Callable[[], bool]) -> bool:
+    """Whether a condition holds within half a minute, which starting processes on a busy machine may take."""
+    end = time.monotonic() + 30.0
+    while not condition():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.05)
+    return True
+
+
+def is_locked(path: Path) -> bool:
+    with path.open() as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+    return False
 
 
 @pytest.mark.parametrize("count", [1, 2])

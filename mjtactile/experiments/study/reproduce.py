@@ -6,14 +6,16 @@ import multiprocessing
 import queue
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
 from dataclasses import asdict
+from multiprocessing.managers import SyncManager
 from typing import Any
 
 from mjtactile._progress import progress_bar
 from mjtactile.experiments.study.plan import StudySettings, Unit, keep, kept, kept_path, units
 from mjtactile.experiments.study.presses import law_difference
 from mjtactile.influence.cache import influence_matrices
+from mjtactile.workers import end_with_parent_process, process_pool
 
 #: Time between two updates of the progress bar [s].
 _LOOK = 0.2
@@ -66,8 +68,9 @@ def _run(missing: Sequence[Unit], paths: Sequence[Any], workers: int, told: Call
         for k, (unit, path) in enumerate(zip(missing, paths, strict=True)):
             keep(path, _timed(unit, lambda share, k=k: told(k, share)))
         return
-    context = multiprocessing.get_context("spawn")
-    with context.Manager() as manager, ProcessPoolExecutor(workers, mp_context=context) as pool:
+    manager = SyncManager(ctx=multiprocessing.get_context("spawn"))
+    manager.start(end_with_parent_process)
+    with manager, process_pool(workers) as pool:
         shares = manager.Queue()
         running = {pool.submit(_in_worker, unit, k, shares): k for k, unit in enumerate(missing)}
         try:
