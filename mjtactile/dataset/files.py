@@ -538,9 +538,12 @@ def _least_asked(path: Path) -> int:
 
 
 def _put_aside(path: Path) -> Path:
-    """Rename a damaged part, not delete it; readers of Parquet folders ignore names that begin with "_"."""
+    """Rename a damaged part, not delete it.
+
+    Readers of Parquet folders ignore hidden files, or take those that end in ".parquet"; some take names with "_".
+    """
     number = 0
-    while (aside := path.with_name(f"_damaged-{number}-{path.name}")).exists():
+    while (aside := path.with_name(f".damaged-{number}-{path.stem}")).exists():
         number += 1
     return path.rename(aside)
 
