@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mjtactile.attach import pad_table
-from mjtactile.errors import EnvError, PresetError, SceneError
+from mjtactile.errors import EnvError, PresetError, SceneError, shortened
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity
 from mjtactile.pad import Pad
 from mjtactile.units import finite_number, is_whole
@@ -39,6 +39,8 @@ class TouchOptions:
     randomise: float = 0.0  #: domain randomisation: 0 for none, 1 for the ranges in docs/environments.md
     #: pad of every finger: a Pad, or another argument that `attach_pad` accepts; None for the default pad
     pad: Pad | str | Path | None = None
+    #: folder of recognisers of your own for "recognised", see `recognition.load`; None for those of the package
+    weights: str | Path | None = None
 
     def __post_init__(self) -> None:
         """Refuse options that do not exist."""
@@ -57,6 +59,11 @@ class TouchOptions:
             raise EnvError(
                 f"transducer = {self.transducer!r} is for readings, but observation = {self.observation!r} has none. "
                 "Leave it out, or observe 'readings', 'pascals' or 'recognised'."
+            )
+        if self.weights is not None and self.observation != "recognised":
+            raise EnvError(
+                f"weights = {shortened(self.weights)} are for observation 'recognised', but observation = "
+                f"{self.observation!r}. Leave them out, or observe 'recognised'."
             )
         for name in ("noise", "randomise"):
             value = getattr(self, name)

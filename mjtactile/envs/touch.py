@@ -200,7 +200,7 @@ class PadObserver:
     def _recogniser(self) -> ForceRecogniser:
         from mjtactile import recognition
 
-        return recognition.load("force", pad=self.options.finger_pad)
+        return recognition.load("force", pad=self.options.finger_pad, folder=self.options.weights)
 
 
 def _transducer(kind: str, shape: tuple[int, ...], seed: int) -> Transducer:

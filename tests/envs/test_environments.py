@@ -104,6 +104,7 @@ def test_randomisation_changes_the_body():
         ({"fidelity": "slow"}, "fast, balanced"),
         ({"transducer": "optical"}, "capacitive, piezoresistive"),
         ({"transducer": "capacitive", "observation": "wrench"}, "'pascals' or 'recognised'"),
+        ({"weights": "mine"}, "weights = 'mine' are for observation 'recognised'"),
         ({"noise": -1.0}, "at least 0"),
         ({"randomise": 2.0}, "0 .none. to 1"),
         ({"render_mode": "ascii"}, "rgb_array"),

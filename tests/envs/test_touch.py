@@ -8,6 +8,10 @@ import pytest
 from mjtactile.envs import EnvError, TactileEnv, TouchOptions
 from mjtactile.envs.press_identify import FORCE, PressIdentify
 from mjtactile.envs.touch import READING_SCALE, moments
+from mjtactile.pad import Layer, Pad
+from mjtactile.recognition import RecognitionError
+from mjtactile.recognition.registry import register
+from mjtactile.recognition.weight_files import SHIPPED, read_weights, write_weights
 
 PRESS = np.array([0.0, 0.0, 0.0, 1.0, -1.0, *[0.0] * 7])
 
@@ -53,6 +57,20 @@ def test_the_force_is_recognised():
     found = pressed(observation="recognised", noise=0.0)
     assert found[2] == pytest.approx(-FORCE, rel=0.1)
     assert found[5] > 0.5
+
+
+def test_the_force_is_recognised_on_a_pad_of_ones_own_by_weights_for_it(tmp_path):
+    """The shipped weights under another pad's name: in one material, force makes the same stress in a stiffer pad."""
+    stiff = Pad(layers=(Layer(thickness=5e-3, young=6e6, poisson=0.49),))
+    for name in ("view", "force"):
+        stored = read_weights(SHIPPED / "all" / f"{name}.safetensors")
+        about = {key: stored.metadata[key] for key in ("kind", "layers")}
+        write_weights(tmp_path / stored.path.name, stored.arrays, about, stiff)
+        register(tmp_path, stored.path.name)
+    found = pressed(observation="recognised", noise=0.0, pad=stiff, weights=tmp_path)
+    assert found[2] == pytest.approx(-FORCE, rel=0.1)
+    with pytest.raises(RecognitionError, match=r"E 6 MPa.*but the pad is a .*E 3 MPa"):
+        pressed(observation="recognised", weights=str(tmp_path))
 
 
 @pytest.mark.parametrize("kind", ["capacitive", "piezoresistive"])
