@@ -20,7 +20,8 @@ class ForceResult:
     Attributes:
         force: on the pad [N], (..., 3); pressing is -z.
         position: point (x, y) where the force's line of action meets the surface [m], (..., 2).
-        confidence: from 0 to 1, (...) [-]; one half if the direction's standard deviation is 3 degrees.
+        confidence: from 0 to 1, (...) [-]; one half if the direction's standard deviation is 3 degrees. It holds for
+            one body like those of training; several at once are often not noticed.
         direction_deviation: standard deviation of the direction [rad], (...).
         magnitude_deviation: standard deviation of the magnitude [N], (...).
         position_deviation: standard deviation of the position [m], (...).

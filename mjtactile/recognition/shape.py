@@ -25,13 +25,15 @@ class ShapeResult:
 
     Attributes:
         shape: name of the recognised shape, a str array (...).
-        confidence: probability of that shape among `shapes` [-], (...).
+        confidence: probability of that shape among `shapes` [-], (...). It is no measure of whether the body is one of
+            them: several bodies at once, or one of another shape, are given a name with high confidence, too.
         probabilities: probability of every shape [-], (..., shapes), in the order of `shapes`.
         shapes: names of the candidate shapes.
-        position: position (x, y) of the shape's origin [m], (..., 2).
+        position: position (x, y) of the shape's origin [m], (..., 2); of a shape that was added, about the middle of
+            its face.
         size: size relative to the shape's own, 1 for the 10 mm punches of Aoyagi 2008, (...) [-]; NaN for a sphere.
         rotation: counter-clockwise, from 0 to a full turn divided by the order of the shape's symmetry, (...) [rad];
-            NaN for round shapes.
+            NaN for round shapes and for meshes that were added.
         modules: files of the modules that were used, by name: "position", "size", "orientation" and "shape NAME" for
             every candidate; `recognition.modules()` has more on each.
     """
