@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import torch
 from arguments import parsed
-from lesson import write_module
+from lesson import shape_name, write_module
 
 from mjtactile.dataset.files import make_dataset
 from mjtactile.dataset.shapes import SHAPE_NAMES, mesh_digest
@@ -60,9 +60,7 @@ class Config:
     @property
     def called(self) -> str:
         """Name of the shape."""
-        if self.name is not None:
-            return self.name
-        return self.shape if self.shape in SHAPE_NAMES else Path(self.shape).stem
+        return shape_name(self.shape) if self.name is None else self.name
 
     @property
     def source(self) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from mjtactile.dataset.shapes import SHAPE_NAMES
 from mjtactile.dataset.spec import pad_from
 from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.registry import register
@@ -90,6 +91,11 @@ class Lesson:
     def write(self, file: str, kind: str, arrays: dict[str, np.ndarray], seconds: float, **about: Any) -> None:
         """Write a module, and enter it in the registry."""
         write_module(self.config, file, kind, self.view.layers, arrays, self.presses.dataset.metadata, seconds, **about)
+
+
+def shape_name(shape: str) -> str:
+    """What a recogniser calls a shape of dataset/shapes.py, or a mesh file: the latter as its file."""
+    return shape if shape in SHAPE_NAMES else Path(shape).stem
 
 
 def stored_view(weights: Path) -> PrincipalComponents:

@@ -19,6 +19,7 @@ import torch
 from arguments import parsed
 from lesson import Lesson, LessonConfig
 
+from mjtactile.errors import RecognitionError
 from mjtactile.recognition.estimator import Estimator
 from mjtactile.recognition.force import ForceRecogniser
 from mjtactile.recognition.network import Network
@@ -52,10 +53,19 @@ def targets(presses: Presses) -> np.ndarray:
 
 
 def main(config: Config) -> None:
-    """Fit, test on presses held out, write."""
+    """Fit, test on presses held out, write.
+
+    Raises:
+        RecognitionError: no press is of the shape that is favoured.
+    """
     lesson = Lesson.begin(config)
     wanted, train = targets(lesson.presses), lesson.train()
     favoured = train[lesson.presses.shapes[train] == config.favour]
+    if config.favour is not None and not len(favoured):
+        known = ", ".join(sorted(set(lesson.presses.shapes[train].tolist())))
+        raise RecognitionError(
+            f"--favour {config.favour}: no press learnt from is of that shape. Leave it out, or favour one of {known}."
+        )
     clean_size = np.linalg.norm(lesson.presses.projected, axis=1)
     mean = wanted[train].mean(axis=0)
     mean[4] = (wanted[train, 4] - np.log(clean_size[train])).mean()

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+import trimesh
 
 from mjtactile import Pad, TaxelGrid, recognition
 from mjtactile.dataset.files import make_dataset
@@ -153,6 +154,36 @@ def test_a_new_shape_takes_no_other_shapes_name(tmp_path, scripts):
         check(one, "a/b")
     with pytest.raises(IndenterError, match="'hexagn' does not exist"):
         check("hexagn")
+
+
+def test_a_mesh_file_is_called_as_its_file_and_as_no_other_shape(scripts):
+    names_of = scripts["train_shapes"].names_of
+    found = names_of(np.array(["star", "/tools/my_tool.stl", "disc", "star"]))
+    np.testing.assert_array_equal(found, ["star", "my_tool", "disc", "star"])
+    for shapes in (["a/tool.stl", "b/tool.stl"], ["a/star.stl", "circle"]):
+        with pytest.raises(recognition.RecognitionError, match=r"a/\w+\.stl would be called .* Rename"):
+            names_of(np.array(shapes))
+
+
+@pytest.mark.slow
+def test_modules_and_examples_of_meshes_have_the_names_of_their_files(tmp_path, scripts):
+    tool, presses, weights = tmp_path / "my_tool.stl", tmp_path / "presses", tmp_path / "weights"
+    trimesh.creation.box(extents=(8e-3, 4e-3, 5e-3)).export(tool)
+    contacts = tuple(replace(one, shapes=("star", str(tool))) for one in SPEC.contacts)
+    make_dataset(replace(SPEC, contacts=contacts), presses, progress=False)
+
+    def run(name, **arguments):
+        scripts[name].main(scripts[name].Config(weights=weights, data=presses, **arguments))
+
+    run("train_view", parts=40)
+    for module in ("position", "size", "orientation"):
+        run("train_pose", module=module, width=16, steps=5)
+    run("train_shapes", width=16, steps=5, examples=60)
+    assert {path.stem for path in weights.iterdir() if "shape" in path.stem} == {"shape-star", "shape-my_tool"}
+    assert recognition.load("shape", folder=weights).shapes == ("my_tool", "star")
+    assert read_weights(weights / "examples.safetensors").metadata["shapes"] == ["my_tool", "star"]
+    with pytest.raises(recognition.RecognitionError, match=r"--favour disc: no press .* one of .*star"):
+        run("train_force", favour="disc", steps=1)
 
 
 def test_a_view_takes_the_layers_and_parts_that_a_pad_has(tmp_path, scripts):
