@@ -25,7 +25,7 @@ from mjtactile.recognition.evaluation.recognisers import (
     protocol,
     recognisers,
 )
-from mjtactile.recognition.registry import register
+from mjtactile.recognition.registry import REGISTRY, read_registry, register
 from mjtactile.recognition.weight_files import SHIPPED, read_weights, write_weights
 from mjtactile.transducer.imperfections import Imperfections
 
@@ -172,6 +172,17 @@ def test_the_layers_that_a_folder_lacks_are_named(tmp_path):
     shutil.copytree(SHIPPED / "all", tmp_path / "all")
     with pytest.raises(RecognitionError, match=r"nor in its subfolder top\. Train them"):
         recognisers(tmp_path / "all")
+
+
+def test_weights_that_do_not_know_the_punches_are_refused_before_presses_are_made(tmp_path):
+    for layers in ("all", "top"):
+        shutil.copytree(SHIPPED / layers, tmp_path / layers)
+        modules = [entry for name, entry in read_registry(SHIPPED / layers).items() if name != "shape star"]
+        (tmp_path / layers / REGISTRY).unlink()
+        for entry in modules:
+            register(tmp_path / layers, entry.file, optional=entry.optional)
+    with pytest.raises(RecognitionError, match="layers 'all' know no star, but the evaluation presses all seven"):
+        recognisers(tmp_path)
 
 
 @pytest.fixture(scope="module")

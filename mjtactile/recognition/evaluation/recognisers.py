@@ -23,6 +23,7 @@ from mjtactile.dataset.by_law import physics_readings
 from mjtactile.dataset.files import Dataset, make_dataset, read_dataset
 from mjtactile.dataset.sampling import OutlinePresses, PosePresses
 from mjtactile.dataset.spec import parse_spec
+from mjtactile.errors import RecognitionError
 from mjtactile.fidelity import DEFAULT, as_fidelity
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -110,18 +111,27 @@ def recognisers(folder: Path | None = None) -> tuple[Pad, dict[str, tuple[ForceR
         folder: folder of other weights, see `evaluate`.
 
     Raises:
-        RecognitionError: weights are missing or damaged, or those of both layers are for different pads.
+        RecognitionError: weights are missing or damaged, those of both layers are for different pads, or they do not
+            know the seven punches.
     """
     if folder is not None and folder.absolute().name in _LAYERS:
         folder = folder.absolute().parent
     pad = recognition.trained_pad(layers=_LAYERS[0], folder=folder)
-    return pad, {
+    pairs = {
         layers: (
             recognition.load("force", layers=layers, folder=folder, pad=pad),
             recognition.load("shape", layers=layers, folder=folder, pad=pad),
         )
         for layers in _LAYERS
     }
+    for layers, (_, shape) in pairs.items():
+        if unknown := [name for name in INDENTER_NAMES if name not in shape.shapes]:
+            raise RecognitionError(
+                f"the weights in {folder} for layers '{layers}' know no {', '.join(unknown)}, but the evaluation "
+                "presses all seven punches. Train them with these, too; of other shapes, the training scripts print "
+                "what they reach on presses held out."
+            )
+    return pad, pairs
 
 
 def _spec_values(settings: EvaluationSettings, law: str) -> dict[str, Any]:
