@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from curved_pads import BULGES
 from scipy.interpolate import RectBivariateSpline
 from scipy.spatial.transform import Rotation
 from shapely import Point, box
@@ -229,6 +230,37 @@ def test_a_body_stands_where_it_is_said_to(dome):
     moment = np.cross(outer.positions(*place), force)
     first, second = (contact_load(dome, one, force, moment=moment, law="elastic") for one in (upright, over))
     np.testing.assert_allclose(first.forces, second.forces, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("press", [0.3, 1.0])
+def test_the_steep_sides_of_a_block_change_nothing(press):
+    """It leans on a dome beside its apex. Lines along the dome's normal pass its edges, where it rises steeply."""
+    bulge = in_double_precision(BULGES["dome"], COARSE)
+    turn = Rotation.from_quat([0.956062, 0.053337, -0.067021, -0.280372], scalar_first=True).as_matrix()
+    middle, half = np.array([-3.707e-3, -1.512e-3, 11.111e-3]), np.array([11.48e-3, 3.014e-3, 11.461e-3])
+
+    def side(x, y, axis, sign):
+        normal = sign * turn[:, axis]
+        return middle[2] + (half[axis] - normal[0] * (x - middle[0]) - normal[1] * (y - middle[1])) / normal[2]
+
+    def block(x, y):
+        lower = np.max([side(x, y, axis, -np.sign(turn[2, axis])) for axis in range(3)], axis=0)
+        upper = np.min([side(x, y, axis, np.sign(turn[2, axis])) for axis in range(3)], axis=0)
+        return np.where(lower <= upper, lower, np.inf)
+
+    def face(x, y):
+        alone = side(x, y, 2, -1.0)
+        return np.where(block(x, y) == alone, alone, np.inf)
+
+    force = -press * turn[:, 2]
+    moment = np.cross([-1.8e-3, -0.9e-3, -0.2e-3], force)
+    found, expected = (
+        bulge.readings(
+            contact_load(bulge, Footprint.from_height(one, bulge.surface), force, moment=moment, law="elastic")
+        )
+        for one in (block, face)
+    )
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-3 * expected.max())
 
 
 def test_from_height_on_a_flat_pad_is_from_gap(layered):

@@ -1,5 +1,6 @@
 #include "geometry/surface_map.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace mjtactile {
@@ -8,9 +9,10 @@ namespace {
 // Distances from the surface below this are zero, because faces with the pad's own curvature lie on it up to rounding
 // [m].
 constexpr double kOnSurface = 1e-10;
-// Largest number of steps of the secant method from the surface to the body, and length of the last step over the
-// body's width.
-constexpr int kSteps = 6;
+// Steps from the surface to the body: of the secant method, which may leap to and fro at a body's edges; of it without
+// two trials between which the body's lower side lies; and in all, halving. Length of the last step over the body's
+// width.
+constexpr int kSecants = 6, kSearches = 16, kSteps = 48;
 constexpr double kSame = 1e-9;
 
 }  // namespace
@@ -67,8 +69,27 @@ void TurnedMap::look(const std::vector<Point>& points) const {
   upright_->heights(asked_, found_);
 }
 
+TurnedMap::Line::Outcome TurnedMap::Line::step(double misses, int number, double near) {
+  if (misses == 0.0) return Outcome::found;
+  // A line that was never above the lower side passes beside the body. One that was leaves it through its side.
+  if (!std::isfinite(misses) && !(above < kNowhere)) return Outcome::none;
+  if (misses > 0.0) {
+    below = std::max(below, w);
+  } else {
+    above = std::min(above, w);
+  }
+  const double slope = number == 0 ? rises : (missed - misses) / (w - last);
+  double next = w + misses / slope;
+  const bool between = below > -kNowhere && above < kNowhere;
+  if (between && (number >= kSecants || !(next > below && next < above))) next = (below + above) / 2.0;
+  if (!std::isfinite(next) || (!between && number >= kSearches)) return Outcome::none;
+  last = w, missed = misses, w = next;
+  return std::abs(w - last) <= near ? Outcome::found : Outcome::goes_on;
+}
+
 // Find the point on the line over (u, v) where it is as high as the body, by the secant method. The first step assumes
-// that the body is parallel to the surface.
+// that the body is parallel to the surface. At a body's edges, where its height rises steeply, the interval that holds
+// the point is halved.
 void TurnedMap::heights(const std::vector<Point>& points, std::vector<double>& to) const {
   const double *origin = plane_->origin(), *axes = plane_->axes();
   to.assign(points.size(), kNowhere);
@@ -78,30 +99,22 @@ void TurnedMap::heights(const std::vector<Point>& points, std::vector<double>& t
     if (!plane_->look(points[i].x, points[i].y, seen)) continue;
     const SurfacePoint under = plane_->surface().at(seen.x, seen.y);
     const double rises = axes[8] - under.slopes[0] * axes[6] - under.slopes[1] * axes[7];
-    lines_.push_back({i, seen.height, seen.height, 0.0, rises});
+    lines_.push_back({i, rises, seen.height, seen.height, 0.0});
   }
   const double near = kSame * (bounds_.east - bounds_.west);
-  for (int step = 0; step < kSteps && !lines_.empty(); ++step) {
+  for (int number = 0; number < kSteps && !lines_.empty(); ++number) {
     look(points);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       Line line = lines_[i];
       const Point& at = points[line.place];
-      const double missed = found_[i] - (origin[2] + at.x * axes[2] + at.y * axes[5] + line.w * axes[8]);
-      if (!std::isfinite(missed)) continue;
-      const double slope = step == 0 ? line.rises : (line.missed - missed) / (line.w - line.last);
-      line.last = line.w;
-      line.missed = missed;
-      if (missed != 0.0 && std::isfinite(slope) && slope != 0.0) line.w += missed / slope;
-      if (std::abs(line.w - line.last) <= near) {
-        to[line.place] = line.w;
-        continue;
-      }
-      lines_[kept++] = line;
+      const double here = origin[2] + at.x * axes[2] + at.y * axes[5] + line.w * axes[8];
+      const Line::Outcome outcome = line.step(found_[i] - here, number, near);
+      if (outcome == Line::Outcome::found) to[line.place] = line.w;
+      if (outcome == Line::Outcome::goes_on) lines_[kept++] = line;
     }
     lines_.resize(kept);
   }
-  for (const Line& line : lines_) to[line.place] = line.w;
 }
 
 }  // namespace mjtactile

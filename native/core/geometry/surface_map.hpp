@@ -42,9 +42,15 @@ class TurnedMap : public HeightMap {
  private:
   struct Line {           // the search for the body along the normal over a point of the plane
     std::size_t place;    // index of that point among those that were asked for
-    // Heights of the present and the last trial [m]; error at the last one [m]; rate at which the line rises over the
-    // pad's surface [-].
-    double w, last, missed, rises;
+    double rises;         // rate at which the line rises over the pad's surface [-]
+    double w;             // height of the present trial [m]
+    double last, missed;  // height of the last trial, and how far it lay below the body's lower side [m]
+    // Highest trial below the body's lower side and lowest one above it [m]; infinite if there was none.
+    double below = -kNowhere, above = kNowhere;
+
+    // Go on from a trial that lies below the body's lower side by so much [m]; infinite if no body is above it.
+    enum class Outcome { goes_on, found, none };
+    Outcome step(double misses, int number, double near);
   };
   void look(const std::vector<Point>& points) const;
 
