@@ -39,6 +39,9 @@ _OF_FACETS = 0.1
 _MOVED = 0.5
 #: Facets that meet at a larger angle form a real edge, not a smooth surface [deg].
 _CREASE = 30.0
+#: Facets shorter than this fraction of another do not bend it: a long one, as on a cylinder between two domes, is
+#: straight, although short ones that meet its ends lean [-].
+_MUCH_SHORTER = 1 / 3
 #: Least smoothing over the rectangle's width [-], far above rounding errors.
 _LEAST_SMOOTHING = 1e-6
 #: Largest distance between patch and mesh over the rectangle's width [-]; a larger one means a step, an edge or a fold.
@@ -255,8 +258,9 @@ def _barycentric(corners: Array, places: Array) -> Array:
 def _corner_normals(triangles: Array, chosen: Indices) -> Array:
     """Unit normals (chosen, 3 corners, 3) of the surface at the corners of some triangles.
 
-    Facets that share the corner are averaged with weights equal to their angles at it, except across creases (Thuermer
-    and Wuethrich, Computing vertex normals from polygonal facets, J. Graphics Tools 3, 1998).
+    Facets that share the corner are averaged with weights equal to their angles at it (Thuermer and Wuethrich,
+    Computing vertex normals from polygonal facets, J. Graphics Tools 3, 1998), except across creases and much shorter
+    ones.
     """
     from scipy.sparse import csr_array
 
@@ -279,7 +283,9 @@ def _corner_normals(triangles: Array, chosen: Indices) -> Array:
     own, other = wanted[pairs.row] // 3, pairs.col // 3
     # Facets may be wound either way, as in a mirrored mesh.
     aligned = np.einsum("pi,pi->p", normals[own], normals[other])
-    smooth = np.abs(aligned) > np.cos(np.radians(_CREASE))
+    longest = lengths.max(axis=1)
+    alike = longest[other] >= _MUCH_SHORTER * longest[own]
+    smooth = alike & (np.abs(aligned) > np.cos(np.radians(_CREASE)))
     weights = angles[pairs.col] * smooth * np.sign(aligned)
     sums = np.zeros((len(wanted), 3))
     np.add.at(sums, pairs.row, weights[:, None] * normals[other])

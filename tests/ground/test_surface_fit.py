@@ -57,6 +57,19 @@ def test_a_mesh_is_fitted_however_its_facets_are_wound(mesh):
     assert off_the_sphere(fitted(mesh)) < 4e-6
 
 
+@pytest.mark.parametrize("sections", [32, 64])
+@pytest.mark.parametrize("length", [8e-3, 20e-3])
+def test_the_straight_part_of_a_capsule_stays_straight(length, sections):
+    """Its facets reach from dome to dome, whose own are small. Bent by those, they would stand up to .1 mm too high."""
+    radius = 8e-3
+    mesh = trimesh.creation.capsule(height=length, radius=radius, count=[sections, sections])
+    mesh.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [0.0, 1.0, 0.0]))
+    mesh.apply_translation([0.0, 0.0, -radius])
+    pad = fitted(mesh, size=(6e-3, 8e-3))
+    x, y = np.meshgrid(np.linspace(-3e-3, 3e-3, 13), np.linspace(-4e-3, 4e-3, 17))
+    np.testing.assert_allclose(pad.surface.height(x, y), np.sqrt(radius**2 - y**2) - radius, rtol=0, atol=4e-6)
+
+
 def test_a_mesh_in_millimetres_is_told_its_scale(tmp_path: Path):
     ball(radius=12.0).export(tmp_path / "tip.stl")
     with pytest.raises(PadError, match=r"tip\.stl is 24 m across.*millimetres, pass scale=1e-3"):
