@@ -126,7 +126,10 @@ def _triangles_in_frame(mesh: Any, frame: npt.ArrayLike | None, scale: float) ->
         if isinstance(mesh, trimesh.Trimesh) and not len(mesh.faces):
             raise PadError(f"{path} holds no triangles: it is empty, truncated, or not a mesh. Export it again.")
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
-        raise PadError("expected a mesh with triangles, or the name of a file of one.")
+        raise PadError(
+            f"the mesh is of type {type(mesh).__name__}; expected a trimesh.Trimesh with triangles, or the name of a "
+            "file, such as an STL. A scene's parts are joined when its file is named."
+        )
     corners = np.asarray(mesh.triangles, dtype=float) * positive_number("scale", scale, _SCALE)
     wrong = np.flatnonzero(~np.isfinite(corners).all(axis=(1, 2)))
     if len(wrong):

@@ -98,6 +98,11 @@ def test_a_frame_off_the_surface_is_refused_with_the_way_to_it():
     assert fitted(solid, size=(12e-3, 8e-3), frame=frame).surface.height(0.0, 0.0) == pytest.approx(0.5e-3, abs=1e-9)
 
 
+def test_a_scenes_parts_are_joined(tmp_path):
+    trimesh.Scene([ball()]).export(tmp_path / "tip.glb")
+    assert off_the_sphere(fitted(tmp_path / "tip.glb")) < 4e-6
+
+
 def test_a_name_that_no_file_can_have_is_refused():
     with pytest.raises(PadError, match=r"aaa\.\.\. cannot be read as a mesh: .*Give the file of one"):
         fitted("a" * 5000)
@@ -140,7 +145,8 @@ def test_a_facet_that_is_no_number_is_named_not_dropped(tmp_path):
         (ball(), {"frame": np.eye(4).astype(str)}, r"expected a pose \(4, 4\) of numbers"),
         (ball(), {"frame": "x"}, r"frame = 'x'; expected a pose \(4, 4\)"),
         (ball(1), {}, r"no smooth graph .*: at x = .* mm, y = .* mm a smooth patch is .* mm away"),
-        (None, {}, "expected a mesh with triangles"),
+        (None, {}, r"of type NoneType; expected a trimesh\.Trimesh with triangles"),
+        (trimesh.Scene([ball()]), {}, r"of type Scene; .*A scene's parts are joined when its file is named"),
     ],
 )
 def test_what_cannot_be_fitted_says_where_and_why(mesh, others, said):
