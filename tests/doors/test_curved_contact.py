@@ -23,7 +23,7 @@ from mjtactile._types import Array
 from mjtactile.fidelity import PRESETS
 from mjtactile.hands import attach_hand, hand
 from mjtactile.pad import Pad
-from mjtactile.pad_shape.surfaces import CylinderSector
+from mjtactile.pad_shape.surfaces import CylinderSector, SphereCap
 from mjtactile.sim.mjcf import indenter_mjcf
 from mjtactile.sim.wrench import contact_wrenches
 
@@ -249,6 +249,24 @@ def test_a_star_that_tilts_onto_its_arms_reads_alike_however_many_cells_it_has(m
     found = [read(cells) for cells in (200, 250, 350, 400, 600, 800, 1200)]
     middle = np.median(found, axis=0)
     assert max(np.linalg.norm(one - middle) for one in found) < 0.018 * np.linalg.norm(middle)
+
+
+@pytest.mark.filterwarnings("ignore::mjtactile.ContactWarning")
+def test_a_ring_reads_alike_however_many_cells_follow_its_rim():
+    """It stands on a part of its hole's rim. Fine cells once found none, and MuJoCo's points stood for the contact."""
+    layers = (mjtactile.Layer(thickness=2e-3, young=1e6, poisson=0.49),)
+    pad = replace(BULGES["dome"], size=(12e-3, 10e-3), layers=layers, depths=(0.5e-3, 1.2e-3), surface=SphereCap(20e-3))
+    model = mjtactile.press_scene(
+        mjtactile.punch("doughnut", scale=0.5), pad=pad, shift=(6.7e-5, -2.77e-4), rotate_deg=52.8
+    )
+    data = mujoco.MjData(model)
+    mjtactile.press(model, data, mjtactile.force_vector(0.05, tilt_deg=10.0))
+    some, many, most = (
+        mjtactile.TactileSensor(model, pad, fidelity=replace(PRESETS["fast"], cells=cells)).read(data)
+        for cells in (400, 800, 1500)
+    )
+    assert np.linalg.norm(many - some) < 0.02 * np.linalg.norm(some)
+    assert np.linalg.norm(most - some) < 0.02 * np.linalg.norm(some)
 
 
 @pytest.mark.filterwarnings("ignore::mjtactile.ContactWarning")

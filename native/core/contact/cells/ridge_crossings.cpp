@@ -67,12 +67,18 @@ void add_crossings(const HeightWindow& view, const SampledLine& line, double tol
   if (line.cut_off && std::isfinite(line.after) && line.after <= std::min(height(end), 0.0)) {
     search({beyond - 0.5, beyond, beyond + 0.5}, {height(end), line.after, kNowhere});
   }
-  for (std::size_t first = 0, last = 0; first < line.count; first = last + 1) {
-    // Samples that differ by less than the tolerance belong together, so that rounding does not decide.
-    last = first;
-    while (last + 1 < line.count && std::abs(height(last + 1) - height(last)) <= tolerance) ++last;
+  for (std::size_t lowest = 0; lowest < line.count; ++lowest) {
+    if (!std::isfinite(height(lowest))) continue;
+    if (lowest > 0 && !(height(lowest - 1) > height(lowest))) continue;
+    if (lowest < end && height(lowest + 1) < height(lowest)) continue;
+    // Samples up to the tolerance above a lowest one belong to it, so that rounding does not decide. How far they are
+    // from one another would not tell: the closer samples lie, the less they differ.
+    const auto belongs = [&](std::size_t k) { return height(k) <= height(lowest) + tolerance; };
+    std::size_t first = lowest, last = lowest;
+    while (first > 0 && belongs(first - 1)) --first;
+    while (last + 1 < line.count && belongs(last + 1)) ++last;
     // A line of three or more lies along a ridge, and does not cross it.
-    if (last > first + 1 || !std::isfinite(height(first))) continue;
+    if (last > first + 1 || height(first) < height(lowest) || height(last) < height(lowest)) continue;
     const double before = first == 0 ? line.before : height(first - 1);
     const double after = last + 1 == line.count ? line.after : height(last + 1);
     const double least = std::min(height(first), height(last)), most = std::max(height(first), height(last));
