@@ -34,19 +34,15 @@ void add_layer_to(StressMap<Value>& map, const AveragingRows& rows) {
   layer.points = rows.points;
   layer.rows = padded(map.coordinates * rows.points);
   layer.offset = map.response_size;
-  for (std::size_t t = 0; t < rows.taxels; ++t) {
-    const std::int32_t start = rows.starts[t], end = rows.starts[t + 1];
-    layer.taxels.push_back({static_cast<std::uint32_t>(start), static_cast<std::uint32_t>(end - start)});
-    for (std::int32_t i = start; i < end; ++i) {
-      const std::size_t place = static_cast<std::size_t>(rows.places[i]);
-      const std::size_t quadrant = place / rows.points, point = place % rows.points;
-      layer.places.push_back(static_cast<std::uint32_t>(quadrant * layer.points + point));
-      layer.weights.push_back(static_cast<Value>(rows.weights[i]));
-    }
-  }
   layer.single = true;
   for (std::size_t t = 0; t < rows.taxels; ++t) {
-    layer.single = layer.single && layer.taxels[t].first == t && layer.taxels[t].count == 1;
+    const std::int32_t start = rows.starts[t], end = rows.starts[t + 1];
+    layer.single = layer.single && static_cast<std::size_t>(start) == t && end == start + 1;
+    layer.taxels.push_back({static_cast<std::uint32_t>(start), static_cast<std::uint32_t>(end - start)});
+    for (std::int32_t i = start; i < end; ++i) {
+      layer.places.push_back(static_cast<std::uint32_t>(rows.places[i]));
+      layer.weights.push_back(static_cast<Value>(rows.weights[i]));
+    }
   }
   map.response_size += map.class_count() * layer.rows;
   map.taxels += rows.taxels;
@@ -76,7 +72,6 @@ void Pad::set_mirrors(bool x, bool y, const double* signs) {
 }
 
 void Pad::add_layer(const AveragingRows& rows, Precision precision) {
-  points_.push_back(rows.points);
   stored_.push_back(precision);
   taxels_ += rows.taxels;
   std::visit([&](auto& maps) {
@@ -101,7 +96,6 @@ void Pad::set_class_of(StressMap<Value>& map, std::size_t c, std::size_t count, 
                        const double* signs, const MatrixFactors* layers) {
   typename StressMap<Value>::Class& of_class = map.classes[c];
   const std::vector<std::size_t> order = map.set_columns(of_class, count, columns, signs);
-
   of_class.factors.clear();
   for (std::size_t k = 0; k < map.layers.size(); ++k) {
     // Columns of a left factor combine entries of very different size, so bytes are too coarse for it. It is small.

@@ -88,7 +88,7 @@ class Pad {
   const LinearRange& range() const { return range_; }
   const std::vector<double>& saturation() const { return saturation_; }
   double depth() const { return range_.depth; }
-  std::size_t layers() const { return points_.size(); }
+  std::size_t layers() const { return stored_.size(); }
   std::size_t taxels() const { return taxels_; }
   std::size_t bytes() const;
   Precision precision() const { return precision_; }
@@ -112,7 +112,6 @@ class Pad {
   LinearRange range_ = {};
   std::vector<double> saturation_;
   bool has_mean_ = false;
-  std::vector<std::size_t> points_;  // of each layer
   std::size_t taxels_ = 0;
   std::variant<Maps<float>, Maps<double>> maps_;
 };

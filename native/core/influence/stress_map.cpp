@@ -17,34 +17,18 @@ constexpr int kTopExponent = 15;       // exponent of a scaled column's largest 
 // Forces below this fraction of the machine epsilon, relative to the largest force, are neglected.
 constexpr double kNegligible = 1.0 / 16.0;
 
-void add(const Byte* const* columns, const float* weights, std::size_t count, std::size_t rows, float* sums) {
-  kernels().add_byte(columns, weights, count, rows, sums);
-}
-void add(const Half* const* columns, const float* weights, std::size_t count, std::size_t rows, float* sums) {
-  kernels().add_half(columns, weights, count, rows, sums);
-}
-void add(const float* const* columns, const float* weights, std::size_t count, std::size_t rows, float* sums) {
-  kernels().add_float(columns, weights, count, rows, sums);
-}
-void add(const double* const* columns, const double* weights, std::size_t count, std::size_t rows, double* sums) {
-  kernels().add_double(columns, weights, count, rows, sums);
-}
-std::size_t kept_of(const double* forces, const std::uint32_t* columns, std::size_t count, double least, double factor,
-                    std::uint32_t* places, float* weights) {
-  return kernels().select_float(forces, columns, count, least, factor, places, weights);
-}
-std::size_t kept_of(const double* forces, const std::uint32_t* columns, std::size_t count, double least, double factor,
-                    std::uint32_t* places, double* weights) {
-  return kernels().select_double(forces, columns, count, least, factor, places, weights);
-}
-void norms_of(const float* const* classes, const float* signs, std::size_t points, float* norms) {
-  kernels().norms_float(classes, signs, points, norms);
-}
-void norms_of(const double* const* classes, const double* signs, std::size_t points, double* norms) {
-  kernels().norms_double(classes, signs, points, norms);
+// The kernel for numbers of a type.
+template <typename Value, typename Single, typename Twofold>
+auto of_type(Single single, Twofold twofold) {
+  if constexpr (std::is_same_v<Value, float>) {
+    return single;
+  } else {
+    return twofold;
+  }
 }
 
-// The same for a sheet with one mirror or none, which has as many images of the quarter as classes.
+// Norms of the stress on a sheet with one mirror or none, which has as many images of the quarter as classes; see
+// Kernels::norms_float.
 template <typename Value>
 void norms_of_few(const Value* const* classes, std::size_t count, const Value* signs, std::size_t points,
                   Value* norms) {
@@ -67,7 +51,7 @@ void norms_of_few(const Value* const* classes, std::size_t count, const Value* s
 template <typename Value>
 Columns<Value>::Columns(std::size_t count, std::size_t rows, Precision precision)
     : rows_(rows), stride_(padded(rows)) {
-  const bool narrow = std::is_same<Value, float>::value;
+  const bool narrow = std::is_same_v<Value, float>;
   if (narrow && precision == Precision::byte) {
     bytes_.assign(count * stride_, 0);
     scales_.assign(count, Value(1));
@@ -127,8 +111,9 @@ std::size_t Columns<Value>::bytes() const {
 
 template <typename Value>
 template <typename Stored>
-void Columns<Value>::add_scaled(const AlignedVector<Stored>& stored, const std::uint32_t* places, const Value* weights,
-                                std::size_t count, Value* sums) const {
+void Columns<Value>::add_scaled(AddColumns<Stored> kernel, const AlignedVector<Stored>& stored,
+                                const std::uint32_t* places, const Value* weights, std::size_t count,
+                                Value* sums) const {
   const Stored* columns[kChunk];
   Value scaled[kChunk];
   for (std::size_t first = 0; first < count; first += kChunk) {
@@ -137,17 +122,19 @@ void Columns<Value>::add_scaled(const AlignedVector<Stored>& stored, const std::
       columns[j] = stored.data() + places[first + j] * stride_;
       scaled[j] = scales_.empty() ? weights[first + j] : weights[first + j] * scales_[places[first + j]];
     }
-    mjtactile::add(columns, scaled, taken, stride_, sums);
+    kernel(columns, scaled, taken, stride_, sums);
   }
 }
 
 template <typename Value>
 void Columns<Value>::add(const std::uint32_t* places, const Value* weights, std::size_t count, Value* sums) const {
-  if constexpr (std::is_same<Value, float>::value) {
-    if (!bytes_.empty()) return add_scaled(bytes_, places, weights, count, sums);
-    if (!halves_.empty()) return add_scaled(halves_, places, weights, count, sums);
+  if constexpr (std::is_same_v<Value, float>) {
+    if (!bytes_.empty()) return add_scaled(kernels().add_byte, bytes_, places, weights, count, sums);
+    if (!halves_.empty()) return add_scaled(kernels().add_half, halves_, places, weights, count, sums);
+    add_scaled(kernels().add_float, values_, places, weights, count, sums);
+  } else {
+    add_scaled(kernels().add_double, values_, places, weights, count, sums);
   }
-  add_scaled(values_, places, weights, count, sums);
 }
 
 template <typename Value>
@@ -276,10 +263,11 @@ std::size_t StressMap<Value>::keep(std::size_t c, double scale, Workspace& works
   workspace.places.resize(quarter + kAligned);
   workspace.weights.resize(quarter + kAligned);
   const double* forces = workspace.folded.data() + c * quarter;
+  const auto select = of_type<Value>(kernels().select_float, kernels().select_double);
   std::size_t kept = 0;
   for (const std::size_t y : workspace.rows) {
-    kept += kept_of(forces + y * stride, classes[c].columns.data() + y * stride, stride, least, 1.0 / scale,
-                    workspace.places.data() + kept, workspace.weights.data() + kept);
+    kept += select(forces + y * stride, classes[c].columns.data() + y * stride, stride, least, 1.0 / scale,
+                   workspace.places.data() + kept, workspace.weights.data() + kept);
   }
   return kept;
 }
@@ -293,7 +281,8 @@ void StressMap<Value>::readings(const Value* response, Workspace& workspace, dou
       of_classes[c] = response + layer.offset + c * layer.rows;
     }
     if (class_count() == kClasses) {
-      norms_of(of_classes, signs, layer.points, workspace.norms.data());
+      of_type<Value>(kernels().norms_float, kernels().norms_double)(of_classes, signs, layer.points,
+                                                                    workspace.norms.data());
     } else {
       norms_of_few(of_classes, class_count(), signs, layer.points, workspace.norms.data());
     }

@@ -45,8 +45,10 @@ class Columns {
   void set_half(std::size_t column, const double* values, double largest);
   void set_byte(std::size_t column, const double* values, double largest);
   template <typename Stored>
-  void add_scaled(const AlignedVector<Stored>& stored, const std::uint32_t* places, const Value* weights,
-                  std::size_t count, Value* sums) const;
+  using AddColumns = void (*)(const Stored* const*, const Value*, std::size_t, std::size_t, Value*);
+  template <typename Stored>
+  void add_scaled(AddColumns<Stored> kernel, const AlignedVector<Stored>& stored, const std::uint32_t* places,
+                  const Value* weights, std::size_t count, Value* sums) const;
 
   std::size_t rows_, stride_;
   AlignedVector<Byte> bytes_;

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstring>
+#include <vector>
 
 #include "linalg/kernels_sets.hpp"
 
@@ -33,35 +34,20 @@ struct Processor {
 };
 #endif
 
-struct Set {
-  const Kernels* kernels;
-  bool available;
-};
-
-const Set* sets(std::size_t& count) {
+// The sets that the processor has, the best first.
+std::vector<const Kernels*> sets() {
+  std::vector<const Kernels*> found;
 #ifdef MJTACTILE_X86
-  static const Processor processor;
-  static const Set all[] = {
-      {&avx512::kKernels, processor.avx512},
-      {&avx2::kKernels, processor.avx2},
-      {&plain::kKernels, true},
-  };
-#else
-  static const Set all[] = {{&plain::kKernels, true}};
+  const Processor processor;
+  if (processor.avx512) found.push_back(&avx512::kKernels);
+  if (processor.avx2) found.push_back(&avx2::kKernels);
 #endif
-  count = sizeof all / sizeof all[0];
-  return all;
-}
-
-const Kernels* best() {
-  std::size_t count;
-  const Set* all = sets(count);
-  while (!all->available) ++all;
-  return all->kernels;
+  found.push_back(&plain::kKernels);
+  return found;
 }
 
 std::atomic<const Kernels*>& current() {
-  static std::atomic<const Kernels*> chosen{best()};
+  static std::atomic<const Kernels*> chosen{sets().front()};
   return chosen;
 }
 
@@ -70,13 +56,10 @@ std::atomic<const Kernels*>& current() {
 const Kernels& kernels() { return *current().load(std::memory_order_relaxed); }
 
 bool use_kernels(const char* name) {
-  std::size_t count;
-  const Set* all = sets(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    if (all[i].available && std::strcmp(all[i].kernels->name, name) == 0) {
-      current().store(all[i].kernels);
-      return true;
-    }
+  for (const Kernels* one : sets()) {
+    if (std::strcmp(one->name, name) != 0) continue;
+    current().store(one);
+    return true;
   }
   return false;
 }

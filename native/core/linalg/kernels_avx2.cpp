@@ -66,10 +66,6 @@ struct Lanes<double> {
   }
 };
 
-template <typename Value>
-std::size_t select(const double*, const std::uint32_t*, std::size_t, double, double, std::uint32_t*, Value*);
-constexpr auto select_floats = select<float>;
-
 constexpr std::size_t kSumVectors = 8;  // vectors of a tile of sums, which stay in registers
 constexpr std::size_t kTileVectors = 2;  // width of a tile of a matrix product
 constexpr std::size_t kTallRows = 8;  // rows of such a tile that is one vector wide
@@ -78,6 +74,6 @@ constexpr std::size_t kTallRows = 8;  // rows of such a tile that is one vector 
 
 }  // namespace
 
-constexpr Kernels kKernels = kernels_named("avx2");
+constexpr Kernels kKernels = kernels_named("avx2", select<float>);
 
 }  // namespace mjtactile::avx2

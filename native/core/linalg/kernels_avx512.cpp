@@ -95,6 +95,6 @@ constexpr std::size_t kTallRows = 16;  // rows of such a tile that is one vector
 
 }  // namespace
 
-constexpr Kernels kKernels = kernels_named("avx512");
+constexpr Kernels kKernels = kernels_named("avx512", select_floats);
 
 }  // namespace mjtactile::avx512

@@ -861,7 +861,7 @@ inline void sum_shear(const double* x, const double* y, std::size_t count, const
   for (std::size_t m = 0; m < kSums; ++m) sums[m] = (parts[m][0] + parts[m][1]) + (parts[m][2] + parts[m][3]);
 }
 
-constexpr Kernels kernels_named(const char* name) {
+constexpr Kernels kernels_named(const char* name, decltype(Kernels::select_float) select_floats) {
   return {name,
           add_columns<Byte, float>,
           add_columns<Half, float>,

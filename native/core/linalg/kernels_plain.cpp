@@ -40,10 +40,6 @@ struct Lanes {
   static std::uint32_t up_to(Type a, Type bound) { return a <= bound ? 1 : 0; }
 };
 
-template <typename Value>
-std::size_t select(const double*, const std::uint32_t*, std::size_t, double, double, std::uint32_t*, Value*);
-constexpr auto select_floats = select<float>;
-
 constexpr std::size_t kSumVectors = 4;  // vectors of a tile of sums, which stay in registers
 constexpr std::size_t kTileVectors = 1;  // width of a tile of a matrix product
 constexpr std::size_t kTallRows = 4;  // rows of such a tile that is one vector wide
@@ -52,6 +48,6 @@ constexpr std::size_t kTallRows = 4;  // rows of such a tile that is one vector 
 
 }  // namespace
 
-constexpr Kernels kKernels = kernels_named("plain");
+constexpr Kernels kKernels = kernels_named("plain", select<float>);
 
 }  // namespace mjtactile::plain

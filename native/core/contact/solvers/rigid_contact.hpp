@@ -66,8 +66,6 @@ class RigidContact {
   // 1).
   void make_maps(const RigidProblem& problem);
   const Matrix& map_forces() const { return map_forces_; }
-  const Matrix& map_motion() const { return map_motion_; }
-  const Matrix& map_separation() const { return map_separation_; }
   // Forces (cells) [N] under other resultants, from the maps. False if other cells would be pressed.
   bool under(const double* resultants, double* forces) const;
 
