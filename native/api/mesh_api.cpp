@@ -51,7 +51,7 @@ size_t mjt_mesh_shadow(const mjt_mesh* mesh, const double* pose, const double* p
                        size_t count, const double* points, double* heights, double* lowest, size_t most,
                        double* bottoms) {
   static thread_local TriangleShadow shadow;   // keeps its memory between calls
-  shadow.cast(mesh->mesh, pose_of(pose), {part[0], part[1], part[2], part[3]}, floor, reach);
+  shadow.cast(mesh->mesh, pose_of(pose), {part[0], part[1], part[2], part[3]}, floor, reach, -kNowhere);
   std::vector<Point> asked(count);
   for (size_t i = 0; i < count; ++i) asked[i] = {points[2 * i], points[2 * i + 1]};
   std::fill(heights, heights + count, kNowhere);

@@ -125,28 +125,6 @@ double least_along(const Shape& shape, const double* up) {
   }
 }
 
-// Call visit(first, count) for the smallest boxes of a mesh's triangles that extend below a height along a direction of
-// the mesh's frame. A box is skipped if pass(box, its least height) is true for it or for a box around it.
-template <typename Visit, typename Pass>
-void below(const TriangleMesh& mesh, const double* up, double height, Visit&& visit, Pass&& pass) {
-  std::vector<std::uint32_t> stack;
-  if (!mesh.boxes.empty()) stack.push_back(0);
-  while (!stack.empty()) {
-    const std::uint32_t number = stack.back();
-    stack.pop_back();
-    const MeshBox& box = mesh.boxes[number];
-    double least = 0.0;
-    for (int k = 0; k < 3; ++k) least += std::min(up[k] * box.low[k], up[k] * box.high[k]);
-    if (least > height || pass(box, least)) continue;
-    if (box.second == 0) {
-      visit(box.first, box.count);
-    } else {
-      stack.push_back(number + 1);
-      stack.push_back(box.second);
-    }
-  }
-}
-
 // Area of a mesh's triangles, projected along a direction, that is below a gap above a plane but not in the plane
 // [m^2].
 double area_beside(const Shape& shape, const double* up, double height, double gap) {
@@ -155,12 +133,12 @@ double area_beside(const Shape& shape, const double* up, double height, double g
   const double plane = height - dot(shape.local.position, up);
   const TriangleMesh& mesh = *shape.mesh;
   double sum = 0.0;
-  below(mesh, own, plane + gap, [&](std::uint32_t first, std::uint32_t count) {
-    for (std::uint32_t f = first; f < first + count; ++f) {
+  mesh.any_box([&](const MeshBox& box) { return box.least_along(own) <= plane + gap; }, [&](const MeshBox& box) {
+    for (std::uint32_t f = box.first; f < box.first + box.count; ++f) {
       const double* corner[3];
       double rise[3], least = kNowhere, most = -kNowhere;
       for (std::size_t k = 0; k < 3; ++k) {
-        corner[k] = mesh.vertices.data() + 3 * static_cast<std::size_t>(mesh.faces[3 * f + k]);
+        corner[k] = mesh.corner(f, k);
         rise[k] = dot(corner[k], own) - plane;
         least = std::min(least, rise[k]);
         most = std::max(most, rise[k]);
@@ -183,7 +161,8 @@ double area_beside(const Shape& shape, const double* up, double height, double g
       }
       sum += std::abs(seen) * std::min(std::max(share, 0.0), 1.0);
     }
-  }, [](const MeshBox&, double) { return false; });
+    return false;
+  });
   return sum;
 }
 
@@ -252,20 +231,22 @@ void outermost(const Shape& shape, const double* up, double height, double farth
     double own[3];
     rotate_back(shape.local.rotation, up, own);
     const double plane = height - dot(shape.local.position, up);
-    const auto passed = [&](const MeshBox& box, double least) {
+    const auto enters = [&](const MeshBox& box) {
+      const double least = box.least_along(own);
+      if (least > plane + kSteepest * farthest) return false;
       double middle[3], square = 0.0;
       for (int k = 0; k < 3; ++k) {
         middle[k] = (box.low[k] + box.high[k]) / 2;
         square += (box.high[k] - middle[k]) * (box.high[k] - middle[k]);
       }
-      return pass(in_body(shape.local, middle), std::sqrt(square), least - plane);
+      return !pass(in_body(shape.local, middle), std::sqrt(square), least - plane);
     };
-    below(*shape.mesh, own, plane + kSteepest * farthest, [&](std::uint32_t first, std::uint32_t count) {
-      const std::size_t end = 3 * (static_cast<std::size_t>(first) + count);
-      for (std::size_t k = 3 * static_cast<std::size_t>(first); k < end; ++k) {
-        visit(in_body(shape.local, shape.mesh->vertices.data() + 3 * static_cast<std::size_t>(shape.mesh->faces[k])));
+    shape.mesh->any_box(enters, [&](const MeshBox& box) {
+      for (std::uint32_t t = box.first; t < box.first + box.count; ++t) {
+        for (std::size_t k = 0; k < 3; ++k) visit(in_body(shape.local, shape.mesh->corner(t, k)));
       }
-    }, passed);
+      return false;
+    });
   }
 }
 

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <utility>
 
+#include "geometry/hash.hpp"
+#include "geometry/outline.hpp"
 #include "linalg/angles.hpp"
 
 namespace mjtactile {
@@ -111,10 +113,7 @@ class PlaneCells {
 
   static std::uint64_t key_of(const double cell[4]) {
     std::uint64_t key = 0;
-    for (int i = 0; i < 4; ++i) {
-      key = (key ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[i]))) * 0x9e3779b97f4a7c15ULL;
-      key ^= key >> 31;
-    }
+    for (int i = 0; i < 4; ++i) key = mixed(key, static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[i])));
     return key;
   }
 
@@ -160,18 +159,16 @@ class FacetFinder {
   using Triangles = std::vector<std::uint32_t>;
 
   Vector vertex(std::size_t number) const {
-    const double* at = mesh_.vertices.data() + 3 * number;
+    const double* at = mesh_.at(number);
     return {at[0], at[1], at[2]};
   }
-  std::size_t corner(std::size_t triangle, std::size_t k) const {
-    return static_cast<std::size_t>(mesh_.faces[3 * triangle + k]);
-  }
+  Vector corner(std::size_t triangle, std::size_t k) const { return vertex(mesh_.vertex(triangle, k)); }
 
   // Compute each triangle's vector area, area, middle, and the angle by which rounding may turn it.
   void measure() {
     area_normals_.resize(count_), areas_.assign(count_, 0.0), middles_.resize(count_), turns_.resize(count_);
     for (std::size_t t = 0; t < count_; ++t) {
-      const Vector a = vertex(corner(t, 0)), b = vertex(corner(t, 1)), c = vertex(corner(t, 2));
+      const Vector a = corner(t, 0), b = corner(t, 1), c = corner(t, 2);
       const Vector twice = cross(b - a, c - a);
       const double area = length(twice) / 2;
       turns_[t] = std::numeric_limits<double>::infinity();
@@ -196,10 +193,16 @@ class FacetFinder {
     }
   }
 
-  bool in_plane(const Plane& plane, std::size_t triangle) const {
+  // Whether all corners of a triangle are near a plane.
+  bool is_near(const Plane& plane, std::size_t triangle, double distance) const {
     for (std::size_t k = 0; k < 3; ++k) {
-      if (!(std::abs(dot(plane.normal, vertex(corner(triangle, k))) - plane.offset) <= flat_)) return false;
+      if (!(std::abs(dot(plane.normal, corner(triangle, k)) - plane.offset) <= distance)) return false;
     }
+    return true;
+  }
+
+  bool in_plane(const Plane& plane, std::size_t triangle) const {
+    if (!is_near(plane, triangle, flat_)) return false;
     if (areas_[triangle] == 0.0) return true;
     const Vector apart = area_normals_[triangle] - areas_[triangle] * plane.normal;
     return length(apart) <= turns_[triangle] * areas_[triangle];
@@ -293,38 +296,21 @@ class FacetFinder {
 
   // Whether all corners are near the final plane.
   bool is_flat(const Plane& plane, const Triangles& members) const {
-    return std::all_of(members.begin(), members.end(), [&](std::uint32_t t) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (!(std::abs(dot(plane.normal, vertex(corner(t, k))) - plane.offset) <= 2 * flat_)) return false;
-      }
-      return true;
-    });
+    return std::all_of(members.begin(), members.end(),
+                       [&](std::uint32_t t) { return is_near(plane, t, 2 * flat_); });
   }
 
   // Whether a corner of the mesh has a coordinate along a direction above a limit [m].
   bool reaches_beyond(const Vector& direction, double limit) const {
-    std::vector<std::uint32_t> open = {0};
-    while (!open.empty()) {
-      const std::uint32_t number = open.back();
-      open.pop_back();
-      const MeshBox& box = mesh_.boxes[number];
-      const auto furthest = [](double along, double low, double high) { return along * (along > 0.0 ? high : low); };
-      const double bound = furthest(direction.x, box.low[0], box.high[0]) +
-                           furthest(direction.y, box.low[1], box.high[1]) +
-                           furthest(direction.z, box.low[2], box.high[2]);
-      if (!(bound > limit)) continue;
-      if (box.second != 0) {
-        open.push_back(box.second);
-        open.push_back(number + 1);
-        continue;
-      }
+    const double back[3] = {-direction.x, -direction.y, -direction.z};
+    return mesh_.any_box([&](const MeshBox& box) { return -box.least_along(back) > limit; }, [&](const MeshBox& box) {
       for (std::size_t t = box.first; t < box.first + box.count; ++t) {
         for (std::size_t k = 0; k < 3; ++k) {
-          if (dot(direction, vertex(corner(t, k))) > limit) return true;
+          if (dot(direction, corner(t, k)) > limit) return true;
         }
       }
-    }
-    return false;
+      return false;
+    });
   }
 
   // An edge of a facet's outline, from one vertex to another.
@@ -347,7 +333,7 @@ class FacetFinder {
     };
     const auto flat = [&](std::int32_t number) {
       const Vector at = vertex(static_cast<std::size_t>(number));
-      return std::array<double, 2>{dot(u, at), dot(v, at)};
+      return Point{dot(u, at), dot(v, at)};
     };
     for (Step& start : steps) {
       std::vector<std::int32_t> loop;
@@ -356,19 +342,19 @@ class FacetFinder {
         loop.push_back(step->from);
         // At a corner where several loops meet, the area on the left is bounded by the next edge clockwise.
         const auto here = flat(step->to), back = flat(step->from);
-        const double behind = std::atan2(back[1] - here[1], back[0] - here[0]);
+        const double behind = std::atan2(back.y - here.y, back.x - here.x);
         Step* best = nullptr;
         double least = std::numeric_limits<double>::infinity();
         for (auto next = from_vertex(step->to); next != steps.end() && next->from == step->to; ++next) {
           const auto there = flat(next->to);
-          double turn = behind - std::atan2(there[1] - here[1], there[0] - here[0]);
+          double turn = behind - std::atan2(there.y - here.y, there.x - here.x);
           if (turn <= 0.0) turn += kTurn;
           if (turn < least) least = turn, best = &*next;
         }
         step = best;
       }
       if (loop.empty()) continue;
-      std::vector<std::array<double, 2>> points(loop.size());
+      std::vector<Point> points(loop.size());
       std::transform(loop.begin(), loop.end(), points.begin(), flat);
       double area = 0.0;
       const std::vector<std::size_t> kept = corners_of(points, area);
@@ -416,27 +402,27 @@ class FacetFinder {
 
   // Corners of a loop, without points that are on the line between their neighbours up to rounding. Empty if the loop
   // has no area.
-  std::vector<std::size_t> corners_of(const std::vector<std::array<double, 2>>& points, double& area) const {
+  std::vector<std::size_t> corners_of(const std::vector<Point>& points, double& area) const {
     const double near = kRounding * size_ / 4;
     const std::size_t count = points.size();
     // Start at the point furthest from another one, which is certainly a corner.
     std::size_t start = 0;
     double away = 0.0;
     for (std::size_t k = 1; k < count; ++k) {
-      const double distance = std::hypot(points[k][0] - points[0][0], points[k][1] - points[0][1]);
-      if (distance > away) away = distance, start = k;
+      const double off = std::hypot(points[k].x - points[0].x, points[k].y - points[0].y);
+      if (off > away) away = off, start = k;
     }
     const auto at = [&](std::size_t i) { return points[(start + i) % count]; };
     std::vector<std::size_t> kept = {start};
     // Range of directions of lines from the last corner that pass all points since, and the largest distance of these.
-    std::array<double, 2> from = at(0);
+    Point from = at(0);
     double middle = 0.0, least = -4.0, most = 4.0, furthest = 0.0;
     bool open = false;
     const auto wrapped = [](double angle) { return std::remainder(angle, kTurn); };
     for (std::size_t i = 1; i <= count; ++i) {
       for (;;) {
         const auto here = at(i);
-        const double dx = here[0] - from[0], dy = here[1] - from[1], distance = std::hypot(dx, dy);
+        const double dx = here.x - from.x, dy = here.y - from.y, distance = std::hypot(dx, dy);
         const double direction = distance > near ? std::atan2(dy, dx) : middle;
         const double off = wrapped(direction - middle);
         if (open && (distance < furthest - near || off < least || off > most)) {
@@ -459,18 +445,12 @@ class FacetFinder {
         break;
       }
     }
-    area = 0.0;
-    double around = 0.0;
-    const auto& origin = points[start];
-    for (std::size_t k = 0; k < kept.size(); ++k) {
-      const auto &a = points[kept[k]], &b = points[kept[(k + 1) % kept.size()]];
-      area += ((a[0] - origin[0]) * (b[1] - origin[1]) - (b[0] - origin[0]) * (a[1] - origin[1])) / 2;
-      around += std::hypot(b[0] - a[0], b[1] - a[1]);
-    }
-    if (std::abs(area) <= near * around) kept.clear(), area = 0.0;
+    std::vector<Point> ring;
+    for (const std::size_t k : kept) ring.push_back(points[k]);
+    area = signed_area(ring);
+    if (std::abs(area) <= near * perimeter(ring)) kept.clear(), area = 0.0;
     return kept;
   }
-
 
   const TriangleMesh& mesh_;
   std::size_t count_;

@@ -256,11 +256,7 @@ bool FlatMap::is_inside(double x, double y) const {
         y <= std::max(a.y, b.y)) {
       return true;
     }
-    if (a.y <= y) {
-      if (b.y > y && left > 0.0) ++winding;
-    } else if (b.y <= y && left < 0.0) {
-      --winding;
-    }
+    winding += winding_of(a, b, {x, y}, left);
   }
   return winding != 0;
 }

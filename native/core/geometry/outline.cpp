@@ -216,9 +216,7 @@ int winding_number(const std::vector<NodeEdge>& edges, const Nodes& nodes, const
   int winding = 0;
   for (const auto& [first, second] : edges) {
     const Point &start = nodes[first], &end = nodes[second];
-    if ((start.y <= at.y) == (end.y <= at.y)) continue;
-    const bool upward = start.y <= at.y;
-    if ((left_of(start, end, at) > 0.0) == upward) winding += upward ? 1 : -1;
+    winding += winding_of(start, end, at, left_of(start, end, at));
   }
   return winding;
 }
@@ -249,6 +247,12 @@ double signed_area(const std::vector<Point>& ring) {
     area += ((a.x - ring[0].x) * (b.y - ring[0].y) - (b.x - ring[0].x) * (a.y - ring[0].y)) / 2;
   }
   return area;
+}
+
+double perimeter(const std::vector<Point>& ring) {
+  double length = 0.0;
+  for (std::size_t i = 0; i < ring.size(); ++i) length += distance(ring[i], ring[i + 1 < ring.size() ? i + 1 : 0]);
+  return length;
 }
 
 double signed_area(const Outline& outline) {
@@ -380,9 +384,7 @@ bool OutlineLoops::set(const Outline& outline, double angle) {
       --used;
       continue;
     }
-    double length = 0.0;
-    for (std::size_t i = 0; i < loop.size(); ++i) length += distance(loop[i], loop[i + 1 < loop.size() ? i + 1 : 0]);
-    area_ += area, length_ += length;
+    area_ += area, length_ += perimeter(loop);
     if (area > 0.0) ++outer_loops_;
   }
   own_.rings.resize(used);

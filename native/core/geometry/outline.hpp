@@ -29,6 +29,8 @@ double share_on_rim(const Outline& clipped, const Rectangle& sheet);
 // The area that a ring encloses [m^2], negative if the ring runs clockwise; and that of an outline.
 double signed_area(const std::vector<Point>& ring);
 double signed_area(const Outline& outline);
+// The length of a ring [m].
+double perimeter(const std::vector<Point>& ring);
 
 // The least rectangle that contains an outline.
 Rectangle around(const Outline& outline);

@@ -98,6 +98,14 @@ inline double left_of(const Point& a, const Point& b, const Point& point) {
   return (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);
 }
 
+// What an edge from a to b adds to the number of times that a ring runs counter-clockwise around a point. `left`: of the
+// edge, by left_of().
+inline int winding_of(const Point& a, const Point& b, const Point& point, double left) {
+  if ((a.y <= point.y) == (b.y <= point.y)) return 0;
+  if (a.y <= point.y) return left > 0.0 ? 1 : 0;
+  return left < 0.0 ? -1 : 0;
+}
+
 // Distance between two points [m].
 inline double distance(const Point& a, const Point& b) {
   const double x = b.x - a.x, y = b.y - a.y;

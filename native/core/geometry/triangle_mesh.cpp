@@ -122,11 +122,10 @@ NormalBounds around(const NormalBounds& a, const NormalBounds& b) {
 // Bounds of a triangle's normal. A triangle without area has none, and that of one with a corner that is not finite is
 // not known.
 NormalBounds normal_of(const TriangleMesh& mesh, std::size_t triangle) {
-  const auto corner = [&](std::size_t k) {
-    return mesh.vertices.data() + 3 * static_cast<std::size_t>(mesh.faces[3 * triangle + k]);
-  };
+  const double* corner[3];
+  for (std::size_t k = 0; k < 3; ++k) corner[k] = mesh.corner(triangle, k);
   double a[3], b[3], normal[3];
-  for (int i = 0; i < 3; ++i) a[i] = corner(1)[i] - corner(0)[i], b[i] = corner(2)[i] - corner(0)[i];
+  for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b[i] = corner[2][i] - corner[0][i];
   cross(a, b, normal);
   const double size = std::sqrt(dot(normal, normal));
   if (!std::isfinite(size)) return kAnyNormal;
@@ -154,10 +153,10 @@ void list_rings(TriangleMesh& mesh) {
 // Set all bounds from the present vertices. Corners that are not finite are ignored.
 void fit_boxes(TriangleMesh& mesh) {
   std::fill(mesh.ring_normals.begin(), mesh.ring_normals.end(), kNoNormal);
-  for (std::size_t corner = 0; corner < mesh.faces.size(); corner += 3) {
-    const NormalBounds normal = normal_of(mesh, corner / 3);
+  for (std::size_t t = 0; t < mesh.faces.size() / 3; ++t) {
+    const NormalBounds normal = normal_of(mesh, t);
     for (std::size_t k = 0; k < 3; ++k) {
-      NormalBounds& ring = mesh.ring_normals[static_cast<std::size_t>(mesh.faces[corner + k])];
+      NormalBounds& ring = mesh.ring_normals[mesh.vertex(t, k)];
       ring = around(ring, normal);
     }
   }
@@ -180,7 +179,7 @@ void fit_boxes(TriangleMesh& mesh) {
     for (std::size_t t = box.first; t < box.first + box.count; ++t) {
       box.normals = around(box.normals, normal_of(mesh, t));
       for (std::size_t k = 0; k < 3; ++k) {
-        const auto vertex = static_cast<std::size_t>(mesh.faces[3 * t + k]);
+        const std::size_t vertex = mesh.vertex(t, k);
         box.ring_normals = around(box.ring_normals, mesh.ring_normals[vertex]);
         for (std::size_t i = 0; i < 3; ++i) {
           const double at = mesh.vertices[3 * vertex + i];
@@ -361,9 +360,8 @@ TriangleMesh make_height_field(std::size_t rows, std::size_t columns, const doub
     add(here, here + below, after + below), add(here, after + below, after);
   }
   // The tree is made for a flat field, because heights need not be finite.
-  std::vector<double> vertices(6 * below, 0.0);
   TriangleMesh flat;
-  flat.vertices = std::move(vertices);
+  flat.vertices.resize(6 * below);
   const std::vector<float> level(below, 0.0F);
   set_heights(flat, rows, columns, size, level.data());
   TriangleMesh mesh = in_boxes(std::move(flat.vertices), faces, true);

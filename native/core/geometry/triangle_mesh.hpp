@@ -1,6 +1,7 @@
 // Rigid triangle meshes, made from single-precision arrays, with a tree of bounding boxes.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -24,6 +25,13 @@ struct MeshBox {
   NormalBounds ring_normals;    // of all triangles of the mesh that share a corner with one of its triangles
   std::uint32_t first, count;   // its triangles: `count` ones from number `first`
   std::uint32_t second;         // 0 if the box has no halves
+
+  // Least coordinate that it may have along a direction [m].
+  double least_along(const double* direction) const {
+    double least = 0.0;
+    for (int i = 0; i < 3; ++i) least += std::min(direction[i] * low[i], direction[i] * high[i]);
+    return least;
+  }
 };
 
 // A rigid triangle mesh in its own frame. It is immutable once made, and shared. Both sides of the triangles of an open
@@ -36,6 +44,32 @@ struct TriangleMesh {
   // The triangles around vertex v are rings[ring_starts[v]] to before rings[ring_starts[v + 1]].
   std::vector<std::uint32_t> ring_starts, rings;
   std::vector<NormalBounds> ring_normals;   // of the triangles around each vertex
+
+  // The vertex at a triangle's corner, and the position of a vertex or of a corner (3) [m].
+  std::size_t vertex(std::size_t triangle, std::size_t corner) const {
+    return static_cast<std::size_t>(faces[3 * triangle + corner]);
+  }
+  const double* at(std::size_t vertex) const { return vertices.data() + 3 * vertex; }
+  const double* corner(std::size_t triangle, std::size_t corner) const { return at(vertex(triangle, corner)); }
+
+  // Look for a box of at most `most` triangles, or without halves, for which found(box) is true. Only boxes for which
+  // enters(box) is true are searched, and it is asked before found(). Returns whether there is one.
+  template <typename Enters, typename Found>
+  bool any_box(Enters&& enters, Found&& found, std::size_t most = 0) const {
+    std::uint32_t open[64] = {0};   // the tree halves its triangles, so that it is not as deep
+    std::size_t count = boxes.empty() ? 0 : 1;
+    while (count > 0) {
+      const std::uint32_t number = open[--count];
+      const MeshBox& box = boxes[number];
+      if (!enters(box)) continue;
+      if (box.second != 0 && box.count > most) {
+        open[count++] = box.second, open[count++] = number + 1;
+      } else if (found(box)) {
+        return true;
+      }
+    }
+    return false;
+  }
 };
 
 // An edge of a triangle. `low` and `high` are its vertices, the lower number first.

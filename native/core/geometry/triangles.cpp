@@ -143,9 +143,8 @@ bool TriangleShadow::may_face_down(const MeshBox& box) const {
 // Compute the coordinates of a triangle's corners along an axis of the pad [m]. Returns their bounds.
 TriangleShadow::Span TriangleShadow::corner_span(std::uint32_t triangle, int axis, double corner[3][3]) const {
   const double* row = pose_.rotation + 3 * axis;
-  const std::int32_t* face = mesh_->faces.data() + 3 * std::size_t{triangle};
-  for (int k = 0; k < 3; ++k) {
-    const double* from = mesh_->vertices.data() + 3 * static_cast<std::size_t>(face[k]);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double* from = mesh_->corner(triangle, k);
     corner[k][axis] = pose_.position[axis] + row[0] * from[0] + row[1] * from[1] + row[2] * from[2];
   }
   const double first = corner[0][axis], second = corner[1][axis], third = corner[2][axis];
@@ -156,8 +155,8 @@ void TriangleShadow::corners_of(std::uint32_t triangle, double corner[3][3]) con
   for (int axis = 0; axis < 3; ++axis) corner_span(triangle, axis, corner);
 }
 
-bool TriangleShadow::faces_down(const double corner[3][3], double normal[3]) const {
-  double a[3], b[3];
+bool TriangleShadow::faces_down(const double corner[3][3]) const {
+  double a[3], b[3], normal[3];
   for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b[i] = corner[2][i] - corner[0][i];
   cross(a, b, normal);
   return normal[2] * normal[2] > kSteep * kSteep * dot(normal, normal) && !(mesh_->closed && normal[2] > 0.0);
@@ -188,11 +187,11 @@ void TriangleShadow::find_lowest() {
       continue;
     }
     for (std::uint32_t t = box.first; t < box.first + box.count; ++t) {
-      double corner[3][3], normal[3];
+      double corner[3][3];
       const Span z = corner_span(t, 2, corner);
       if (!(z.low < lowest_) || !(z.high >= floor_)) continue;
       corners_of(t, corner);
-      if (faces_down(corner, normal)) lowest_ = std::min(lowest_, lowest_over(corner, part_, floor_));
+      if (faces_down(corner)) lowest_ = std::min(lowest_, lowest_over(corner, part_, floor_));
     }
   }
 }
@@ -205,67 +204,45 @@ bool TriangleShadow::left_out_below(const InclinedPlane& plane) {
     row[i] = pose_.rotation[6 + i] - plane.slopes[0] * pose_.rotation[i] - plane.slopes[1] * pose_.rotation[3 + i];
   }
   const double origin = pose_.position[2] - plane.over(pose_.position[0], pose_.position[1]);
-  stack_.assign(1, 0);
-  while (!stack_.empty()) {
-    const std::uint32_t number = stack_.back();
-    stack_.pop_back();
-    const MeshBox& box = mesh_->boxes[number];
-    double least = origin;
-    for (int i = 0; i < 3; ++i) least += std::min(row[i] * box.low[i], row[i] * box.high[i]);
-    if (least >= slack_ || span(box, 2).high <= ceiling_ || !may_face_down(box)) continue;
-    if (is_beside(span(box, 0), span(box, 1))) continue;
-    if (box.second != 0) {
-      stack_.push_back(box.second);
-      stack_.push_back(number + 1);
-      continue;
-    }
+  const auto enters = [&](const MeshBox& box) {
+    return origin + box.least_along(row) < slack_ && span(box, 2).high > ceiling_ && may_face_down(box) &&
+           !is_beside(span(box, 0), span(box, 1));
+  };
+  return mesh_->any_box(enters, [&](const MeshBox& box) {
     for (std::uint32_t t = box.first; t < box.first + box.count; ++t) {
-      double corner[3][3], normal[3];
+      double corner[3][3];
       if (corner_span(t, 2, corner).low <= ceiling_) continue;
       corners_of(t, corner);
-      if (!faces_down(corner, normal)) continue;
+      if (!faces_down(corner)) continue;
       for (auto& at : corner) at[2] -= plane.over(at[0], at[1]);
       if (lowest_over(corner, part_, -kInfinite) < 0.0) return true;
     }
-  }
-  return false;
+    return false;
+  });
 }
 
 void TriangleShadow::gather() {
-  const auto& boxes = mesh_->boxes;
-  const std::size_t most = std::max<std::size_t>(kTriangles, boxes.front().count / kClusters);
-  fine_ = boxes.front().count > kClusters;
-  stack_.assign(1, 0);
-  while (!stack_.empty()) {
-    const std::uint32_t number = stack_.back();
-    stack_.pop_back();
-    const MeshBox& box = boxes[number];
-    const Span z = span(box, 2);
-    if (!(z.high >= floor_) || !may_face_down(box)) continue;
-    const Span x = span(box, 0), y = span(box, 1);
-    if (is_beside(x, y)) continue;
-    if (z.low > ceiling_) {
-      cut_ = true;
-      continue;
-    }
-    if (box.second != 0 && box.count > most) {
-      stack_.push_back(box.second);
-      stack_.push_back(number + 1);
-      continue;
-    }
+  const std::size_t all = mesh_->boxes.front().count;
+  fine_ = all > kClusters;
+  Span x, y, z;   // of the box that was entered last
+  const auto enters = [&](const MeshBox& box) {
+    z = span(box, 2);
+    if (!(z.high >= floor_) || !may_face_down(box)) return false;
+    x = span(box, 0), y = span(box, 1);
+    if (is_beside(x, y)) return false;
+    cut_ |= z.low > ceiling_;
+    return !(z.low > ceiling_);
+  };
+  mesh_->any_box(enters, [&](const MeshBox& box) {
     cut_ |= z.high > ceiling_;
     if (fine_) {
-      add_cluster(box, x, y, z.low);
+      clusters_.push_back({x, y, z.low, box.first, box.count, kNotPlaced, 0, {}, {}, is_inside(x, y),
+                           may_be_lowest(box.ring_normals)});
     } else {
       add_triangles(box);
     }
-  }
-}
-
-// Add the triangles of a box as one cluster.
-void TriangleShadow::add_cluster(const MeshBox& box, const Span& x, const Span& y, double low) {
-  clusters_.push_back({x, y, low, box.first, box.count, kNotPlaced, 0, {}, {}, is_inside(x, y),
-                       may_be_lowest(box.ring_normals)});
+    return false;
+  }, std::max<std::size_t>(kTriangles, all / kClusters));
 }
 
 // Place up to kTriangles triangles of a box, and add those that count as clusters of one.
@@ -311,9 +288,8 @@ const TriangleShadow::Cluster& TriangleShadow::placed(std::uint32_t number) cons
 void TriangleShadow::place(std::uint32_t first, std::uint32_t count) const {
   double corners[3][3][kTriangles];
   for (std::uint32_t k = 0; k < kTriangles; ++k) {
-    const std::int32_t* face = mesh_->faces.data() + 3 * std::size_t{first + std::min(k, count - 1)};
     for (std::size_t corner = 0; corner < 3; ++corner) {
-      const double* from = mesh_->vertices.data() + 3 * static_cast<std::size_t>(face[corner]);
+      const double* from = mesh_->corner(first + std::min(k, count - 1), corner);
       for (std::size_t axis = 0; axis < 3; ++axis) corners[corner][axis][k] = from[axis];
     }
   }
@@ -581,10 +557,6 @@ void TriangleShadow::bottoms(std::vector<std::array<double, 3>>& points) {
   }
 }
 
-std::size_t TriangleShadow::vertex(std::uint32_t triangle, std::size_t corner) const {
-  return static_cast<std::size_t>(mesh_->faces[3 * std::size_t{triangle} + corner]);
-}
-
 // Whether a surface with normals within bounds may have a lowest point: along the pad its normals must not all lean to
 // the same side.
 bool TriangleShadow::may_be_lowest(const NormalBounds& ring) const {
@@ -598,17 +570,16 @@ bool TriangleShadow::may_be_lowest(const NormalBounds& ring) const {
 
 // Whether no triangle around a vertex that faces down has a lower corner.
 bool TriangleShadow::is_lowest_of_ring(std::size_t vertex) const {
-  const double *up = pose_.rotation + 6, *here = mesh_->vertices.data() + 3 * vertex;
+  const double *up = pose_.rotation + 6, *here = mesh_->at(vertex);
   for (std::uint32_t k = mesh_->ring_starts[vertex]; k < mesh_->ring_starts[vertex + 1]; ++k) {
     const std::uint32_t triangle = mesh_->rings[k];
     for (std::size_t i = 0; i < 3; ++i) {
-      const auto other = static_cast<std::size_t>(mesh_->faces[3 * std::size_t{triangle} + i]);
-      const double* at = mesh_->vertices.data() + 3 * other;
+      const double* at = mesh_->corner(triangle, i);
       const double rise = up[0] * (at[0] - here[0]) + up[1] * (at[1] - here[1]) + up[2] * (at[2] - here[2]);
       if (rise >= -kLevel) continue;
-      double corner[3][3], normal[3];
+      double corner[3][3];
       corners_of(triangle, corner);
-      if (faces_down(corner, normal)) return false;
+      if (faces_down(corner)) return false;
     }
   }
   return true;
@@ -617,7 +588,7 @@ bool TriangleShadow::is_lowest_of_ring(std::size_t vertex) const {
 // Offer the vertices of a triangle that have no lower neighbour as candidates.
 void TriangleShadow::offer_vertices(std::uint32_t triangle) {
   for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t number = vertex(triangle, k);
+    const std::size_t number = mesh_->vertex(triangle, k);
     if (done_[number] == calls_) continue;
     done_[number] = calls_;
     if (!may_be_lowest(mesh_->ring_normals[number]) || !is_lowest_of_ring(number)) continue;

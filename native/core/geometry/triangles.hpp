@@ -23,10 +23,8 @@ class TriangleShadow {
  public:
   // Find the triangles of a mesh that face the rectangle `part`, from the height `floor` up to `reach` above the lowest
   // point there, or above the height `level` where that is higher [m].
-  void cast(const TriangleMesh& mesh, const Pose& pose, const Rectangle& part,
-            double floor = -std::numeric_limits<double>::infinity(),
-            double reach = std::numeric_limits<double>::infinity(),
-            double level = -std::numeric_limits<double>::infinity());
+  void cast(const TriangleMesh& mesh, const Pose& pose, const Rectangle& part, double floor, double reach,
+            double level);
   // Height over (x, y), a point of the part [m]; infinite if there is no surface at the floor or above. The floor must
   // not be below that of the cast. Surfaces beyond the cast's reach may be left out; the height over their points is
   // infinite, or that of a higher surface.
@@ -81,10 +79,9 @@ class TriangleShadow {
   bool may_face_down(const MeshBox& box) const;
   Span corner_span(std::uint32_t triangle, int axis, double corner[3][3]) const;
   void corners_of(std::uint32_t triangle, double corner[3][3]) const;
-  bool faces_down(const double corner[3][3], double normal[3]) const;
+  bool faces_down(const double corner[3][3]) const;
   void find_lowest();
   void gather();
-  void add_cluster(const MeshBox& box, const Span& x, const Span& y, double low);
   void add_triangles(const MeshBox& box);
   bool is_inside(const Span& x, const Span& y) const;
   const Cluster& placed(std::uint32_t cluster) const;
@@ -94,7 +91,6 @@ class TriangleShadow {
   void each_triangle(const Cluster& cluster, Visit&& visit) const;
   void place_buckets();
   void fill_buckets();
-  std::size_t vertex(std::uint32_t triangle, std::size_t corner) const;
   bool may_be_lowest(const NormalBounds& ring) const;
   bool is_lowest_of_ring(std::size_t vertex) const;
   void offer_vertices(std::uint32_t triangle);
@@ -121,7 +117,6 @@ class TriangleShadow {
   std::size_t side_ = 1;              // number of buckets along each side
   std::uint8_t coarser_[kFinest] = {};  // for each finest bucket: the bucket that holds it
   std::vector<std::pair<double, std::uint32_t>> queue_;  // boxes still to be searched, with their least possible height
-  std::vector<std::uint32_t> stack_;
   // Mutable, because triangles are placed when they are first needed.
   mutable std::vector<Cluster> clusters_;
   mutable std::vector<TriangleBlock> blocks_;
