@@ -52,14 +52,10 @@ Instance::Instance(const mjt_instance& resolved, std::shared_ptr<const Pad> pad,
 int output_size(int output, int taxels) {
   switch (output) {
     case MJT_WRENCH:
-    case MJT_CARRIED:
-      return 6;
-    case MJT_RANGE:
-      return 1;
-    case MJT_STRESS:
-      return static_cast<int>(kTensor) * taxels;
-    default:
-      return taxels;
+    case MJT_CARRIED: return 6;
+    case MJT_RANGE: return 1;
+    case MJT_STRESS: return static_cast<int>(kTensor) * taxels;
+    default: return taxels;
   }
 }
 
@@ -110,7 +106,10 @@ void Instance::compute(const Model* model, Data* data, const double* state) {
   double* sensordata = field<double*>(data, layout.data_sensordata);
   for (const int address : addresses_) {
     double* to = sensordata + address;
-    for (int i = 0; i < resolved_.output_count; ++i) to = write(resolved_.outputs[i], to);
+    for (int i = 0; i < resolved_.output_count; ++i) {
+      write(resolved_.outputs[i], to);
+      to += output_size(resolved_.outputs[i], resolved_.taxels);
+    }
   }
   if (!readings_.empty()) reader_.sensor().readings(readings_.data());
 }
@@ -150,21 +149,14 @@ void Instance::visualize(const Model* model, const Data* data, Scene* scene) {
   }
 }
 
-double* Instance::write(int output, double* to) {
+void Instance::write(int output, double* to) {
+  PadSensor& sensor = reader_.sensor();
   switch (output) {
-    case MJT_STRESS:
-      reader_.sensor().stress(to);
-      return to + kTensor * static_cast<std::size_t>(resolved_.taxels);
-    case MJT_WRENCH:
-      return std::copy(reader_.wrench(), reader_.wrench() + 6, to);
-    case MJT_CARRIED:
-      return std::copy(reader_.sensor().pressed().carried, reader_.sensor().pressed().carried + 6, to);
-    case MJT_RANGE:
-      *to = reader_.sensor().pressed().range;
-      return to + 1;
-    default:
-      reader_.sensor().readings(to);
-      return to + resolved_.taxels;
+    case MJT_STRESS: sensor.stress(to); break;
+    case MJT_WRENCH: std::copy(reader_.wrench(), reader_.wrench() + 6, to); break;
+    case MJT_CARRIED: std::copy(sensor.pressed().carried, sensor.pressed().carried + 6, to); break;
+    case MJT_RANGE: *to = sensor.pressed().range; break;
+    default: sensor.readings(to); break;
   }
 }
 

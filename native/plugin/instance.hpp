@@ -41,7 +41,7 @@ class Instance {
   const double* health() const { return reader_.health(); }
 
  private:
-  double* write(int output, double* to);
+  void write(int output, double* to);
   // Whether the settings are those of a model with which the simulation is stepped.
   bool fits(const Model* model);
   void refuse(const Model* model, Data* data);

@@ -33,7 +33,7 @@ constexpr double kEndlessLean = 1e-3;
 
 Vector in_body(const Pose& local, const double* point) {
   Vector at;
-  for (int i = 0; i < 3; ++i) at[static_cast<std::size_t>(i)] = local.position[i] + dot(local.rotation + 3 * i, point);
+  for (std::size_t i = 0; i < 3; ++i) at[i] = local.position[i] + dot(local.rotation + 3 * i, point);
   return at;
 }
 
@@ -61,17 +61,15 @@ void add_parts(const Shape& shape, std::size_t number, const std::vector<Facet>*
     parts.push_back(std::move(part));
   };
   if (shape.kind == ShapeKind::box) {
-    for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
       for (const double sign : {-1.0, 1.0}) {
         Vector normal = {0.0, 0.0, 0.0};
-        normal[static_cast<std::size_t>(axis)] = sign;
-        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+        normal[axis] = sign;
+        const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
         std::vector<Vector> loop;
         for (const auto& [a, b] : {std::pair{-1.0, -1.0}, {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}}) {
-          Vector corner = {0.0, 0.0, 0.0};
-          corner[static_cast<std::size_t>(axis)] = sign * shape.size[axis];
-          corner[static_cast<std::size_t>(u)] = a * shape.size[u];
-          corner[static_cast<std::size_t>(v)] = b * shape.size[v];
+          Vector corner;
+          corner[axis] = sign * shape.size[axis], corner[u] = a * shape.size[u], corner[v] = b * shape.size[v];
           loop.push_back(corner);
         }
         add(normal.data(), {loop}, false);
@@ -387,10 +385,7 @@ bool BodyGeometry::look_at(FlatSide& side) const {
   auto face = std::make_shared<Face>();
   FaceCells cells;
   if (!cells.make(side.outline, limits_.cells, *face)) return false;
-  std::copy(side.rotation, side.rotation + 9, face->rotation);
-  face->height = side.height;
-  face->most_slope = side.most_slope;
-  face->tips_at = side.tips_at;
+  side.describe(*face);
   side.whole = std::move(face);
   return true;
 }

@@ -1,6 +1,7 @@
 // Geometry of a rigid body: its shapes, and the flat sides on which it can lie on a pad.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -30,6 +31,11 @@ struct FlatSide {
   std::shared_ptr<const Face> whole;   // the cells of the whole side; null if it is endless
 
   const double* up() const { return rotation + 6; }
+  // Set what a face of this side has of it.
+  void describe(Face& face) const {
+    std::copy(rotation, rotation + 9, face.rotation);
+    face.height = height, face.most_slope = most_slope, face.tips_at = tips_at;
+  }
 };
 
 // Criteria by which flat sides are chosen.

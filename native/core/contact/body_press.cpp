@@ -60,7 +60,7 @@ bool BodyPress::solve(const Touch& touch, const std::shared_ptr<const Face>& fac
   face_ = face;
   is_flat_ = face != nullptr;
   const bool whole = touch.map == nullptr && touch.geometry != nullptr && !touch.geometry->shapes().empty();
-  if (is_flat_ && flat_.solve(*face, placement, surface(sheet()), touch.wrench, workspace_)) {
+  if (is_flat_ && flat_.solve(*face, placement, surface(), touch.wrench, workspace_)) {
     // If the body tips over, or the face cannot carry all of the force, other parts of the body touch as well.
     const bool bears = borne_by(flat_.contact()) > kBears * touch.pressing();
     if (!whole || (bears && !flat_.tips_over())) return true;
@@ -85,10 +85,7 @@ bool BodyPress::press_shapes(const Touch& touch) {
   if (bears(above) ? !bears(whole) || patch_.tilt() < kTurnsLess * turned : above > whole) return true;
   std::swap(patch_, other_patch_);
   std::swap(gap_, other_gap_);
-  const TangentPlane* plane = this->plane();
-  if (whole > 0.0) {
-    patch_.place(surface(plane == nullptr ? sheet() : plane->whole().bounds, plane), workspace_);
-  }
+  if (whole > 0.0) patch_.place(surface(), workspace_);
   return whole > 0.0;
 }
 
@@ -117,32 +114,28 @@ bool BodyPress::touches_beyond(const Touch& touch, double reach) {
 
 // As press_above(), with meshes up to a height above their lowest point [m].
 double BodyPress::press_within(const Touch& touch, double floor, double reach) {
-  const TangentPlane* plane = this->plane();
-  const Rectangle part = plane == nullptr ? sheet() : plane->whole().bounds;
   // Over a curved pad, the body may be anywhere between the surface's lowest and highest point.
-  const double lowest = plane == nullptr ? 0.0 : plane->whole().lowest;
-  const double highest = plane == nullptr ? 0.0 : plane->whole().highest;
+  const double lowest = is_curved() ? plane_.whole().lowest : 0.0;
+  const double highest = is_curved() ? plane_.whole().highest : 0.0;
   const HeightRange range = {lowest + floor, highest + pad_->depth(), highest, reach};
   // If none of the shapes is there, the map is empty and no contact is found.
-  gap_.place(touch.geometry->shapes(), touch.pose, part, range);
-  const HeightMap* map = &gap_;
-  if (plane != nullptr) {
-    over_.place(gap_, *plane, floor, pad_->depth());
-    map = &over_;
-  }
-  if (!patch_.solve(*map, surface(part, plane), touch.wrench, workspace_)) return 0.0;
-  return borne_by(patch_.contact());
+  gap_.place(touch.geometry->shapes(), touch.pose, sheet(), range);
+  return solve_over(gap_, touch, floor, pad_->depth()) ? borne_by(patch_.contact()) : 0.0;
 }
 
 // Solve the contact of a body that is given by its heights over the pad.
 bool BodyPress::press_map(const Touch& touch) {
-  const TangentPlane* plane = this->plane();
-  if (plane == nullptr) {
-    return patch_.solve(*touch.map, surface(sheet()), touch.wrench, workspace_);
-  }
-  turned_.place(*touch.map, *plane);
-  over_.place(turned_, *plane, -kNowhere, kNowhere);
-  return patch_.solve(over_, surface(plane->whole().bounds, plane), touch.wrench, workspace_);
+  if (is_curved()) turned_.place(*touch.map, plane_);
+  const HeightMap& map = is_curved() ? turned_ : *touch.map;
+  return solve_over(map, touch, -kNowhere, kNowhere);
+}
+
+// Solve the contact of a body by its heights over the flat pad, or over the plane of a curved one: distances from that
+// surface below `floor` or above `ceiling` [m] do not count then.
+bool BodyPress::solve_over(const HeightMap& map, const Touch& touch, double floor, double ceiling) {
+  if (!is_curved()) return patch_.solve(map, surface(), touch.wrench, workspace_);
+  over_.place(map, plane_, floor, ceiling);
+  return patch_.solve(over_, surface(), touch.wrench, workspace_);
 }
 
 void BodyPress::sink(const BodyPress& other, SurfaceCompliance::Workspace& workspace) {
@@ -160,9 +153,9 @@ void BodyPress::sink(const BodyPress& other, SurfaceCompliance::Workspace& works
 double BodyPress::press_again(const Touch& touch) {
   forces_.assign(contact().normal().begin(), contact().normal().end());
   if (is_flat_) {
-    flat_.press_again(surface(sheet()), touch.wrench, sunk_, workspace_);
+    flat_.press_again(surface(), touch.wrench, sunk_, workspace_);
   } else {
-    patch_.press_again(surface(sheet()), touch.wrench, sunk_, workspace_);
+    patch_.press_again(surface(), touch.wrench, sunk_, workspace_);
   }
   double change = 0.0;
   for (std::size_t i = 0; i < forces_.size(); ++i) {

@@ -52,6 +52,8 @@ class BodyPress {
   const Touch& turned(const Touch& touch) const { return is_curved() ? here_ : touch; }
   // That plane; null on a flat pad.
   const TangentPlane* plane() const { return is_curved() ? &plane_ : nullptr; }
+  // The part of the plane, or of the flat pad, that contacts may cover [m].
+  Rectangle sheet() const { return is_curved() ? plane_.whole().bounds : pad_->surface().sheet(); }
 
   // Solve the contact as if the body were alone. `face`: the flat face with which the body faces the pad; null if it
   // has none. False if the body's geometry does not face the pad.
@@ -78,11 +80,7 @@ class BodyPress {
 
  private:
   bool is_curved() const { return !pad_->outer().is_flat(); }
-  Rectangle sheet() const { return pad_->surface().sheet(); }
-  // The surface as a contact over a part of it sees it.
-  ContactSurface surface(const Rectangle& part, const TangentPlane* plane = nullptr) const {
-    return {part, pad_->compliance(), options_, plane};
-  }
+  ContactSurface surface() const { return {sheet(), pad_->compliance(), options_, plane()}; }
   Placement placement() const { return is_flat_ ? flat_.placement() : kUnmoved; }
   const double* heights() const { return is_flat_ ? flat_.heights() : patch_.heights().data(); }
   CellForces on_cells() const { return {forces_.data(), leans_.empty() ? nullptr : leans_.data()}; }
@@ -93,6 +91,7 @@ class BodyPress {
   double press_within(const Touch& touch, double floor, double reach);
   bool touches_beyond(const Touch& touch, double reach);
   bool press_map(const Touch& touch);
+  bool solve_over(const HeightMap& map, const Touch& touch, double floor, double ceiling);
   bool find_on_flat(const Touch& touch, SurfaceShear& shear, bool any_torsion, double* nodal);
   bool find_on_curved(SurfaceShear& shear, bool any_torsion, double* nodal);
   bool set_forces(const Touch& touch, SurfaceShear& shear, bool any_torsion);

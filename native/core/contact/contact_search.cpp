@@ -10,9 +10,8 @@
 namespace mjtactile {
 namespace {
 
-// A part is sampled on a grid of kCloser x kCloser points. The grid is refined until at least kEnough points are below
-// the level, at most kLooks times.
-constexpr std::size_t kCloser = 15, kEnough = 25;
+// The grid on a part is refined until at least kEnough points are below the level, at most kLooks times.
+constexpr std::size_t kEnough = 25;
 constexpr int kLooks = 4, kBisections = 16, kStripBisections = 8;
 // The level is bisected until at most this many samples lie between the bounds. Then their heights are bisected.
 constexpr std::size_t kFewSamples = 16;
@@ -251,19 +250,17 @@ void ContactSearch::gather_parts() {
 }
 
 Point ContactSearch::point_of(const Part& part, std::size_t place) const {
-  const double u = (static_cast<double>(place % part.columns) + 0.5) / static_cast<double>(part.columns) - 0.5;
-  const double v = (static_cast<double>(place / part.columns) + 0.5) / static_cast<double>(part.rows) - 0.5;
+  const double u = (static_cast<double>(place % kCloser) + 0.5) / kCloser - 0.5;
+  const double v = (static_cast<double>(place / kCloser) + 0.5) / kCloser - 0.5;
   const double x = kWithin * u * part.region.width, y = kWithin * v * part.region.height;
   return {part.region.centre.x + part.cosine * x - part.sine * y,
           part.region.centre.y + part.sine * x + part.cosine * y};
 }
 
 void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& part) {
-  part.columns = part.rows = kCloser;
   part.cosine = std::cos(part.region.angle), part.sine = std::sin(part.region.angle);
-  part.cell = part.region.area() / static_cast<double>(part.columns * part.rows);
   closer_.clear();
-  for (std::size_t place = 0; place < part.columns * part.rows; ++place) closer_.push_back(point_of(part, place));
+  for (std::size_t place = 0; place < kCloser * kCloser; ++place) closer_.push_back(point_of(part, place));
   map.heights(closer_, part.heights);
   for (std::size_t place = 0; place < closer_.size(); ++place) {
     part.heights[place] -= plane(closer_[place].x, closer_[place].y) + lowest_;
@@ -272,11 +269,11 @@ void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& 
 
 // Add what lies below a level in a part.
 void ContactSearch::add_below(const Part& part, Below& below) {
-  const PointsBelow found = kernels().count_below(part.heights.data(), part.rows, part.columns, below.level);
+  const PointsBelow found = kernels().count_below(part.heights.data(), kCloser, kCloser, below.level);
   below.points += found.points;
-  below.area += static_cast<double>(found.points) * part.cell;
-  below.perimeter += static_cast<double>(found.edges_x) * part.region.height / static_cast<double>(part.rows) +
-                     static_cast<double>(found.edges_y) * part.region.width / static_cast<double>(part.columns);
+  below.area += static_cast<double>(found.points) * part.cell();
+  below.perimeter += static_cast<double>(found.edges_x) * part.region.height / kCloser +
+                     static_cast<double>(found.edges_y) * part.region.width / kCloser;
 }
 
 ContactSearch::Below ContactSearch::all_below(double level) const {
@@ -359,9 +356,8 @@ Region ContactSearch::region_under(const Part& part, double level, double& area,
     if (part.heights[place] <= level) chosen_.push_back(point_of(part, place));
   }
   count = chosen_.size();
-  area = static_cast<double>(count) * part.cell;
-  const double sides[2] = {part.region.width / static_cast<double>(part.columns),
-                           part.region.height / static_cast<double>(part.rows)};
+  area = static_cast<double>(count) * part.cell();
+  const double sides[2] = {part.width(), part.height()};
   if (chosen_.empty()) return {};
   return region_about(chosen_, sides, part.region.angle, *map_);
 }
@@ -383,11 +379,10 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
       Part& part = parts_[k];
       const Region region = region_under(part, level_, area, count);
       if (count == 0 || count >= kEnough) continue;
-      const double margin[2] = {part.region.width / static_cast<double>(part.columns),
-                                part.region.height / static_cast<double>(part.rows)};
+      const double margin = std::max(part.width(), part.height());
       part.region = region;
-      part.region.width += 2.0 * std::max(margin[0], margin[1]);
-      part.region.height += 2.0 * std::max(margin[0], margin[1]);
+      part.region.width += 2.0 * margin;
+      part.region.height += 2.0 * margin;
       look_closer(map, plane, part);
       closer = true;
     }
@@ -396,20 +391,19 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
   }
   reached_ = level_;
   for (std::size_t k = 0; k < part_count_; ++k) {
+    const Part& part = parts_[k];
     double level = std::max(level_, load.reach);
-    Region region = region_under(parts_[k], level, area, count);
-    if (count == 0) level *= kReached, region = region_under(parts_[k], level, area, count);
+    Region region = region_under(part, level, area, count);
+    if (count == 0) level *= kReached, region = region_under(part, level, area, count);
     if (count == 0) continue;
     reached_ = std::max(reached_, level);
     // The part ends somewhere between the last point below the level and the next one.
-    const double c = std::abs(std::cos(region.angle - parts_[k].region.angle));
-    const double s = std::abs(std::sin(region.angle - parts_[k].region.angle));
-    const double step[2] = {parts_[k].region.width / static_cast<double>(parts_[k].columns),
-                            parts_[k].region.height / static_cast<double>(parts_[k].rows)};
-    region.width += c * step[0] + s * step[1];
-    region.height += s * step[0] + c * step[1];
+    const double c = std::abs(std::cos(region.angle - part.region.angle));
+    const double s = std::abs(std::sin(region.angle - part.region.angle));
+    region.width += c * part.width() + s * part.height();
+    region.height += s * part.width() + c * part.height();
     Below below = {level};
-    add_below(parts_[k], below);
+    add_below(part, below);
     spots_.push_back({region, area, kRound * below.perimeter / 2});
   }
   follow_ridges(map, plane, load);

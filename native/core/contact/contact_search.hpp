@@ -97,12 +97,17 @@ class ContactSearch {
   Plane resting(const SearchLoad& load);
 
  private:
+  // Lines of the grid on which a body is sampled, and of that on a part of it.
+  static constexpr std::size_t kLines = 33, kCloser = 15;
   struct Part {          // a connected part of the surface under the level, sampled on a grid of its own
     Region region;       // that the grid covers
     double cosine, sine; // of the region's angle
-    std::size_t columns, rows;
-    double cell;         // area for which each sample counts [m^2]
     std::vector<double> heights;
+
+    // Sides of the cell for which each sample counts [m], and its area [m^2].
+    double width() const { return region.width / kCloser; }
+    double height() const { return region.height / kCloser; }
+    double cell() const { return region.area() / (kCloser * kCloser); }
   };
   // A side of the sampled area beyond which the body goes on, because the sheet ends there: its inward normal, and
   // samples on it.
@@ -150,7 +155,6 @@ class ContactSearch {
   // A height above the lowest point [m]; 0 if it differs from it by rounding only.
   double levelled(double height) const { return std::abs(height) <= same() ? 0.0 : height; }
 
-  static constexpr std::size_t kLines = 33;
   static constexpr double kSame = 1e-9;   // over the spacing
   Rectangle bounds_ = {};
   const HeightMap* map_ = nullptr;

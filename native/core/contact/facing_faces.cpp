@@ -39,8 +39,7 @@ std::shared_ptr<const Face> FacingFaces::towards(const Touch& touch, Placement& 
     const FlatSide& seen = body.outlined(i);
     if (dot(up, seen.up()) < kFacing) continue;
     Face plane;
-    std::copy(seen.rotation, seen.rotation + 9, plane.rotation);
-    plane.height = seen.height;
+    seen.describe(plane);
     plane.most_slope = 1.0;
     if (!place(plane, touch.pose, placement) || std::abs(plane_height(plane, touch.pose, at.x, at.y)) > near ||
         !may_cover(seen, placement)) {
@@ -111,10 +110,7 @@ std::shared_ptr<const Face> FacingFaces::make(const FlatSide& whole, const CutPl
   // The squares lie along the side's own axes, or along the sheet's if most of the outline is the sheet's rim.
   auto face = std::make_shared<Face>();
   if (!cutter_.make(outline, cells_, *face, angle)) return nullptr;
-  std::copy(whole.rotation, whole.rotation + 9, face->rotation);
-  face->height = whole.height;
-  face->most_slope = whole.most_slope;
-  face->tips_at = whole.tips_at;
+  whole.describe(*face);
   face->cut = true;
   return face;
 }

@@ -171,7 +171,7 @@ void PadSensor::press_alone(const Touch& seen, std::size_t place, bool steady) {
   }
   Placement placement = kUnmoved;
   // A whole flat side cannot touch a curved pad.
-  const std::shared_ptr<const Face> face = curved() ? nullptr : faces_.towards(touch, placement);
+  const std::shared_ptr<const Face> face = press.plane() == nullptr ? faces_.towards(touch, placement) : nullptr;
   if (face != nullptr && steady && press_steady(touch, face)) return;
   if (face != nullptr && !options_.law->shapes() && press_linear(touch, *face, placement, place)) return;
   solved_[place] = press.solve(touch, face, placement) ? 1 : 0;
@@ -189,8 +189,7 @@ Steadiness PadSensor::after(const Steadiness& before) const {
 bool PadSensor::press_points(const Touch& seen, const BodyPress& press, std::size_t place) {
   const TangentPlane* plane = press.plane();
   const Touch& touch = press.turned(seen);
-  const Rectangle over = plane == nullptr ? sheet() : plane->whole().bounds;
-  if (!points_.lay(touch.points, {kLeastSpot * facing_gap_, options_.strength, over})) return false;
+  if (!points_.lay(touch.points, {kLeastSpot * facing_gap_, options_.strength, press.sheet()})) return false;
   double carried[6];
   if (plane == nullptr) {
     points_.nodal_forces(pad_->surface(), carried, forces_.data());
@@ -279,9 +278,10 @@ std::shared_ptr<const Basis> PadSensor::make_basis(const BasisKey& key, const st
                                                    const double* wrench) {
   Placement placement = kUnmoved;
   if (!face->cut && !place(*face, at(key.pose, tolerance_), placement)) return nullptr;
+  const ContactSurface surface = {sheet(), pad_->compliance(), options_};
   CellContact contact;
-  contact.place(*face, placement, surface(), workspace_);
-  contact.press(*face, surface(), {wrench}, workspace_);
+  contact.place(*face, placement, surface, workspace_);
+  contact.press(*face, surface, {wrench}, workspace_);
   std::vector<std::uint8_t> at_end;
   // Another load would need other cells.
   if (!contact.linear() || ends_coarsely(*face, contact, at_end)) return nullptr;

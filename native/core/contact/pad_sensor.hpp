@@ -100,7 +100,6 @@ class PadSensor {
   double key_of(const Touch* touches, std::size_t count) const;
   void press_alone(const Touch& seen, std::size_t place, bool steady);
   bool press_points(const Touch& seen, const BodyPress& press, std::size_t place);
-  bool curved() const { return !pad_->outer().is_flat(); }
   void couple(const Touch* touches, std::size_t count);
   void finish(const Touch& touch, BodyPress& press);
   void note(Event event, const Touch& touch, double pressure, double indentation);
@@ -117,7 +116,6 @@ class PadSensor {
   void set_response(double value);
   void make_readings(double* readings);
   Rectangle sheet() const { return pad_->surface().sheet(); }
-  ContactSurface surface() const { return {sheet(), pad_->compliance(), options_, nullptr}; }
 
   std::shared_ptr<const Pad> pad_;
   LawOptions options_;

@@ -453,11 +453,9 @@ class PatchFace::ShearByOffset {
 
 void PatchFace::integrate_shear(ShearIntegrals& integrals) const {
   const std::size_t count = cells_.size();
-  for (auto* one : {&integrals.xx, &integrals.xy, &integrals.yy, &integrals.along, &integrals.across}) {
-    one->assign(count * count, 0.0);
-  }
+  integrals.clear(count);
   PairShear alone = {};
-  std::vector<double> middles;
+  std::vector<double> middles;   // (2, cells)
   for (const Point& middle : face_.centroids) middles.push_back(middle.x);
   for (const Point& middle : face_.centroids) middles.push_back(middle.y);
   ShearByOffset apart(*this);

@@ -94,17 +94,11 @@ EdgePair pair_of(const Edge& first, const Edge& second) {
           {(one.coupling.x + other.coupling.x) / 2, (one.coupling.y + other.coupling.y) / 2}};
 }
 
-void resize(ShearIntegrals& integrals, std::size_t cells) {
-  for (auto* one : {&integrals.xx, &integrals.xy, &integrals.yy, &integrals.along, &integrals.across}) {
-    one->assign(cells * cells, 0.0);
-  }
-}
-
 }  // namespace
 
 void integrate_edges(const Face& face, ShearIntegrals& integrals) {
   const std::size_t cells = face.cells(), edges = face.edges.size();
-  resize(integrals, cells);
+  integrals.clear(cells);
   const auto edge_at = [&](std::size_t i) {
     const CellEdge& at = face.edges[i];
     // Coordinates are relative to the first corner, because rounding errors grow with the distance from the origin.

@@ -5,6 +5,7 @@
 // turns integrals over two polygons into integrals over their edges, as in tests/reference/half_space.py.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "contact/cells/face.hpp"
@@ -16,6 +17,10 @@ namespace mjtactile {
 struct ShearIntegrals {
   std::vector<double> xx, xy, yy;     // of y^2/r^3, -x y/r^3 and x^2/r^3
   std::vector<double> along, across;  // of x/r^2 and y/r^2
+
+  void clear(std::size_t cells) {
+    for (auto* one : {&xx, &xy, &yy, &along, &across}) one->assign(cells * cells, 0.0);
+  }
 };
 
 // Compute the integrals over the cells of a face from its edges. The time grows with the square of the number of edges,
