@@ -100,27 +100,15 @@ double least_along(const Shape& shape, const double* up) {
   double own[3];
   rotate_back(shape.local.rotation, up, own);
   const double middle = dot(shape.local.position, up);
-  const double* size = shape.size;
-  switch (shape.kind) {
-    case ShapeKind::ellipsoid:
-      return middle - std::sqrt(size[0] * size[0] * own[0] * own[0] + size[1] * size[1] * own[1] * own[1] +
-                                size[2] * size[2] * own[2] * own[2]);
-    case ShapeKind::capsule:
-      return middle - size[0] - size[1] * std::abs(own[2]);
-    case ShapeKind::cylinder:
-      return middle - size[0] * std::hypot(own[0], own[1]) - size[1] * std::abs(own[2]);
-    case ShapeKind::box:
-      return middle - size[0] * std::abs(own[0]) - size[1] * std::abs(own[1]) - size[2] * std::abs(own[2]);
-    case ShapeKind::half_space:
-      return std::hypot(own[0], own[1]) < kSameDirection && own[2] < 0.0 ? middle : -kNowhere;
-    default: {
-      double least = kNowhere;
-      for (std::size_t v = 0; v < shape.mesh->vertices.size(); v += 3) {
-        least = std::min(least, dot(shape.mesh->vertices.data() + v, own));
-      }
-      return middle + least;
-    }
+  if (shape.kind == ShapeKind::half_space) {
+    return std::hypot(own[0], own[1]) < kSameDirection && own[2] < 0.0 ? middle : -kNowhere;
   }
+  if (shape.kind != ShapeKind::triangles) return middle - reach_along(shape.kind, shape.size, own);
+  double least = kNowhere;
+  for (std::size_t v = 0; v < shape.mesh->vertices.size(); v += 3) {
+    least = std::min(least, dot(shape.mesh->vertices.data() + v, own));
+  }
+  return middle + least;
 }
 
 // Area of a mesh's triangles, projected along a direction, that is below a gap above a plane but not in the plane

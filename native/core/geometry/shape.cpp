@@ -43,6 +43,18 @@ Pose composed(const Pose& body, const Pose& local) {
   return pose;
 }
 
+double reach_along(ShapeKind kind, const double* size, const double* direction) {
+  const double x = direction[0], y = direction[1], z = direction[2];
+  switch (kind) {
+    case ShapeKind::ellipsoid:
+      return std::sqrt(x * x * size[0] * size[0] + y * y * size[1] * size[1] + z * z * size[2] * size[2]);
+    case ShapeKind::capsule: return std::abs(z) * size[1] + size[0];
+    case ShapeKind::cylinder: return std::abs(z) * size[1] + std::hypot(x, y) * size[0];
+    case ShapeKind::box: return std::abs(x) * size[0] + std::abs(y) * size[1] + std::abs(z) * size[2];
+    default: return kNowhere;
+  }
+}
+
 bool may_reach(const Shape& shape, const Pose& body, const Rectangle& over, double floor) {
   const Pose pose = composed(body, shape.local);
   const double* turn = pose.rotation;
@@ -153,31 +165,17 @@ PlacedShape::Slab PlacedShape::slab(int axis, double half) const {
 void PlacedShape::find_box() {
   for (int i = 0; i < 3; ++i) {
     const double* row = pose_.rotation + 3 * i;
-    double reach = kNowhere, middle = pose_.position[i];
-    switch (kind_) {
-      case ShapeKind::ellipsoid:
-        reach = std::sqrt(row[0] * row[0] * size_[0] * size_[0] + row[1] * row[1] * size_[1] * size_[1] +
-                          row[2] * row[2] * size_[2] * size_[2]);
-        break;
-      case ShapeKind::capsule:
-        reach = std::abs(row[2]) * size_[1] + size_[0];
-        break;
-      case ShapeKind::cylinder:
-        reach = std::abs(row[2]) * size_[1] + std::hypot(row[0], row[1]) * size_[0];
-        break;
-      case ShapeKind::box:
-        reach = std::abs(row[0]) * size_[0] + std::abs(row[1]) * size_[1] + std::abs(row[2]) * size_[2];
-        break;
-      case ShapeKind::triangles:
-        reach = mesh_->boxes.empty() ? -kNowhere : 0.0;
-        for (int k = 0; k < 3 && !mesh_->boxes.empty(); ++k) {
-          const MeshBox& box = mesh_->boxes.front();
-          middle += row[k] * (box.low[k] + box.high[k]) / 2;
-          reach += std::abs(row[k]) * (box.high[k] - box.low[k]) / 2;
-        }
-        break;
-      default:
-        break;
+    double reach = 0.0, middle = pose_.position[i];
+    if (kind_ != ShapeKind::triangles) {
+      reach = reach_along(kind_, size_, row);
+    } else if (mesh_->boxes.empty()) {
+      reach = -kNowhere;
+    } else {
+      const MeshBox& box = mesh_->boxes.front();
+      for (int k = 0; k < 3; ++k) {
+        middle += row[k] * (box.low[k] + box.high[k]) / 2;
+        reach += std::abs(row[k]) * (box.high[k] - box.low[k]) / 2;
+      }
     }
     low_[i] = middle - reach;
     high_[i] = middle + reach;

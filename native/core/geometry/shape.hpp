@@ -91,6 +91,10 @@ class PlacedShape {
   std::vector<std::array<double, 3>> lowest_;
 };
 
+// How far a shape other than a mesh reaches from its centre along a unit direction of its own frame [m]; infinite for a
+// half space.
+double reach_along(ShapeKind kind, const double* size, const double* direction);
+
 // The pose of a shape in the pad frame, from its body's pose there and its own pose in the body's frame.
 Pose composed(const Pose& body, const Pose& local);
 

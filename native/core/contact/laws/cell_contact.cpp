@@ -141,13 +141,15 @@ void CellContact::press(const Face& face, const ContactSurface& surface, const P
 bool CellContact::solve(const ContactLaw& law, const LawProblem& problem, bool overloads, Workspace& workspace) {
   const std::vector<double>& areas = problem.face.areas;
   linear_ = false;
+  if (strength_ > 0.0) set_most(areas, workspace);
   const bool bounded = strength_ > 0.0 && law.couples();
   // Cells that carry all that they can need no solution, and rounding must not decide whether one is found.
   if (bounded && fills_all(problem)) {
     exact_ = true;
     return bound_pressure(law, problem, workspace);
   }
-  if (bounded && (overloads || lies_beyond_bearing(problem, workspace))) {
+  // If forces within the strength certainly cannot carry the load, the contact without bounds is not solved.
+  if (bounded && (overloads || lies_beyond_bearing(problem.body, workspace.most.data()))) {
     found_.pressed.assign(areas.size(), 1);
     if (bound_pressure(law, problem, workspace) && found_.contact.definite()) {
       linear_ = exact_ && law.shapes() && found_.contact.is_free();
@@ -178,13 +180,6 @@ bool CellContact::fills_all(const LawProblem& problem) const {
 void CellContact::set_most(const std::vector<double>& areas, Workspace& workspace) const {
   workspace.most.resize(areas.size());
   for (std::size_t i = 0; i < areas.size(); ++i) workspace.most[i] = strength_ * areas[i];
-}
-
-// Whether forces within the strength certainly cannot carry the load because of its moments. The contact without bounds
-// is then not solved.
-bool CellContact::lies_beyond_bearing(const LawProblem& problem, Workspace& workspace) const {
-  set_most(problem.face.areas, workspace);
-  return mjtactile::lies_beyond_bearing(problem.body, workspace.most.data());
 }
 
 // Compute how deep the contact is and its energy, and drop a tilt that the pressed cells do not determine.
@@ -235,7 +230,6 @@ bool CellContact::bound_pressure(const ContactLaw& law, const LawProblem& proble
   const std::vector<double>& areas = problem.face.areas;
   const std::size_t cells = areas.size();
   const double area = std::accumulate(areas.begin(), areas.end(), 0.0), load = problem.body.resultants[0];
-  set_most(areas, workspace);
   found_.slopes[0] = found_.slopes[1] = 0.0;
   if (fills_all(problem)) {
     const double share = std::min(1.0, load / (strength_ * area));

@@ -135,7 +135,6 @@ class CellContact {
   bool solve(const ContactLaw& law, const LawProblem& problem, bool overloads, Workspace& workspace);
   bool fills_all(const LawProblem& problem) const;
   void set_most(const std::vector<double>& areas, Workspace& workspace) const;
-  bool lies_beyond_bearing(const LawProblem& problem, Workspace& workspace) const;
   bool bound_pressure(const ContactLaw& law, const LawProblem& problem, Workspace& workspace);
   void fill_nearest(const Face& face, const double* wrench, Workspace& workspace);
   void measure(const Face& face, const ContactLaw& law, const Matrix& between, const double* heights);

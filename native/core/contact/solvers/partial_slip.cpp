@@ -140,26 +140,36 @@ bool PartialSlip::newton_step(bool all_stick, bool same_system, WorkLimit& limit
       right_[m + 1][k] = x * modes_[m * size + i] + y * modes_[m * size + cells + i];
     }
   }
-  solve_forward(factor_, right_);
-  double stiffness[9], left[3], motion[3];
+  double left[3], moved[3], motion[3];
   missing(left);
-  for (std::size_t m = 0; m < 3; ++m) {
-    left[m] -= dot(modes_.data() + m * size, radial_step_.data(), size) + dot(right_[m + 1], right_[0], count);
-    for (std::size_t n = 0; n < 3; ++n) stiffness[3 * m + n] = dot(right_[m + 1], right_[n + 1], count);
-  }
-  solve_semidefinite(3, stiffness, kOpen, left, motion);
+  for (std::size_t m = 0; m < 3; ++m) moved[m] = dot(modes_.data() + m * size, radial_step_.data(), size);
+  solve_step(left, moved, motion);
   for (std::size_t m = 0; m < 3; ++m) motion_[m] += motion[m];
   for (std::size_t k = 0; k < size; ++k) shear_[k] += radial_step_[k];
-  double* step = right_[0];
-  for (std::size_t k = 0; k < count; ++k) {
-    for (std::size_t m = 0; m < 3; ++m) step[k] += right_[m + 1][k] * motion[m];
-  }
-  solve_backward(factor_, step);
+  const double* step = right_[0];
   for (std::size_t k = 0; k < count; ++k) {
     shear_[cell_of_[k]] += step[k] * axis_[2 * k];
     shear_[cells + cell_of_[k]] += step[k] * axis_[2 * k + 1];
   }
   return true;
+}
+
+// Solve the factored system for a step, which replaces the first row of right_, and for the body's motion. The other
+// rows are the motions' modes. `left`: resultants that are missing; `moved`: those of a part of the step that is known.
+void PartialSlip::solve_step(const double* left, const double* moved, double* motion) {
+  const std::size_t count = right_.columns();
+  double* step = right_[0];
+  double stiffness[9], unmet[3];
+  solve_forward(factor_, right_);
+  for (std::size_t m = 0; m < 3; ++m) {
+    unmet[m] = left[m] - (moved[m] + dot(right_[m + 1], step, count));
+    for (std::size_t n = 0; n < 3; ++n) stiffness[3 * m + n] = dot(right_[m + 1], right_[n + 1], count);
+  }
+  solve_semidefinite(3, stiffness, kOpen, unmet, motion);
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t m = 0; m < 3; ++m) step[k] += right_[m + 1][k] * motion[m];
+  }
+  solve_backward(factor_, step);
 }
 
 // Set the unknowns of a step. A sticking cell has two, its components x and y. A slipping cell has one, along its
@@ -214,11 +224,8 @@ bool PartialSlip::linearise(std::size_t stuck, WorkLimit& limit) {
     row[k] += curvature_[k];
   }
   if (!factor(factor_)) return false;
-  if (stuck == cells) {
-    factored_.assign(cells, 0);
-  } else {
-    factored_ = slips_;
-  }
+  factored_.assign(cells, 0);
+  if (stuck < cells) factored_ = slips_;
   return true;
 }
 
@@ -227,9 +234,8 @@ bool PartialSlip::newton(bool known, WorkLimit& limit) {
   for (int step = 0; step <= kSteps; ++step) {
     const double left = residual();
     if (!std::isfinite(left)) return false;
-    if (known || step > 0) {
-      if (left <= kConverged || (left <= kAlmost && left >= 0.5 * before)) return true;
-    }
+    const bool converged = left <= kConverged || (left <= kAlmost && left >= 0.5 * before);
+    if (converged && (known || step > 0)) return true;
     const bool all_stick = !known && step == 0;
     const bool same_system = !all_stick && factored_ == slips_ && (step == 0 || left <= kStillGood * before);
     before = left;
@@ -310,21 +316,12 @@ bool PartialSlip::interior_step(const PathState& here) {
     std::copy(modes_.data() + m * size, modes_.data() + (m + 1) * size, right_[m + 1]);
   }
   if (!factor(factor_)) return false;
-  solve_forward(factor_, right_);
-  double stiffness[9], left[3], motion[3];
-  for (std::size_t m = 0; m < 3; ++m) {
-    left[m] = here.missing[m] - dot(right_[m + 1], right_[0], size);
-    for (std::size_t n = 0; n < 3; ++n) stiffness[3 * m + n] = dot(right_[m + 1], right_[n + 1], size);
-  }
-  solve_semidefinite(3, stiffness, kOpen, left, motion);
-  change_.resize(size);
-  for (std::size_t k = 0; k < size; ++k) {
-    change_[k] = right_[0][k];
-    for (std::size_t m = 0; m < 3; ++m) change_[k] += right_[m + 1][k] * motion[m];
-  }
-  solve_backward(factor_, change_.data());
-  const double share = share_inside();
-  for (std::size_t k = 0; k < size; ++k) shear_[k] += share * change_[k];
+  const double moved[3] = {};
+  double motion[3];
+  solve_step(here.missing, moved, motion);
+  const double* change = right_[0];
+  const double share = share_inside(change);
+  for (std::size_t k = 0; k < size; ++k) shear_[k] += share * change[k];
   for (std::size_t i = 0; i < cells; ++i) multiplier_[i] += share * multiplier_change_[i];
   for (std::size_t m = 0; m < 3; ++m) motion_[m] += share * motion[m];
   return true;
@@ -332,10 +329,10 @@ bool PartialSlip::interior_step(const PathState& here) {
 
 // The largest share of a step, up to 1, that leaves every cell inside its circle. It also adds the part of the
 // multipliers' change that depends on the change of the shear.
-double PartialSlip::share_inside() {
+double PartialSlip::share_inside(const double* change) {
   double share = 1.0;
   for (std::size_t i = 0; i < cells_; ++i) {
-    const double x = shear_[i], y = shear_[cells_ + i], dx = change_[i], dy = change_[cells_ + i];
+    const double x = shear_[i], y = shear_[cells_ + i], dx = change[i], dy = change[cells_ + i];
     const double a = dx * dx + dy * dy, b = x * dx + y * dy, c = -2.0 * slack_[i];
     if (a > 0.0) share = std::min(share, kStepShare * (-b + std::sqrt(std::max(b * b - a * c, 0.0))) / a);
     multiplier_change_[i] += multiplier_[i] / slack_[i] * b;
@@ -459,9 +456,9 @@ bool PartialSlip::solve(const SlipProblem& problem, double friction, bool known,
   std::fill(shear_.begin(), shear_.end(), 0.0);
   if (interior_point(limit)) {
     // Newton's method improves the result. The shear is kept in case that it fails.
-    interior_shear_.assign(shear_.begin(), shear_.end());
+    interior_shear_ = shear_;
     if (newton(true, limit)) return take();
-    std::copy(interior_shear_.begin(), interior_shear_.end(), shear_.begin());
+    shear_ = interior_shear_;
     if (balance()) return take();
   }
   // If only few cells stick, full sliding is close to the solution.

@@ -43,6 +43,7 @@ class PartialSlip {
   void scale(const SlipProblem& problem, double unit, bool same);
   bool newton(bool known, WorkLimit& limit);
   bool newton_step(bool all_stick, bool same_system, WorkLimit& limit);
+  void solve_step(const double* left, const double* moved, double* motion);
   std::size_t set_unknowns(bool all_stick);
   bool linearise(std::size_t stuck, WorkLimit& limit);
   // State of the interior-point method: the mean product of multiplier and slack, the largest error of the equations,
@@ -54,7 +55,7 @@ class PartialSlip {
   void measure_slack();
   PathState interior_residual();
   bool interior_step(const PathState& here);
-  double share_inside();
+  double share_inside(const double* change);
   void displace();
   double residual();
   void missing(double* missing) const;
