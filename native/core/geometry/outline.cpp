@@ -25,9 +25,9 @@ constexpr double kTie = 1e-6;
 
 // One side of the rectangle. Points are kept if sign * (coordinate - at) > 0.
 struct Side {
-  int axis;      // coordinate that is constant along the side: 0 for x, 1 for y
-  double at;     // its value [m]
-  double sign;   // 1 if larger coordinates are kept, -1 if smaller ones
+  std::size_t axis;   // coordinate that is constant along the side: 0 for x, 1 for y
+  double at;          // its value [m]
+  double sign;        // 1 if larger coordinates are kept, -1 if smaller ones
 };
 
 // A point where a ring crosses a side: its position along the side, and the number of the chain that begins or ends
@@ -52,8 +52,6 @@ struct Workspace {
     return chains[used++];
   }
 };
-
-double coordinate(const Point& point, int axis) { return axis == 0 ? point.x : point.y; }
 
 bool keeps(const Side& side, const Point& point) { return side.sign * (coordinate(point, side.axis) - side.at) > 0.0; }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <vector>
 
@@ -11,6 +12,10 @@ namespace mjtactile {
 struct Point {
   double x, y;
 };
+
+// The coordinate along an axis: 0 for x, 1 for y.
+inline double& coordinate(Point& at, std::size_t axis) { return axis == 0 ? at.x : at.y; }
+inline double coordinate(const Point& at, std::size_t axis) { return axis == 0 ? at.x : at.y; }
 
 // A rectangle with sides along x and y [m].
 struct Rectangle {

@@ -105,7 +105,11 @@ bool FaceCells::fit(double size, double wanted, const RingLayers& layers) {
 
 std::size_t FaceCells::lay_out(double size, const RingLayers& layers) {
   size_ = size;
-  place_lattice();
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const double extent = axis == 0 ? outline_.width() : outline_.height();
+    squares_[axis] = pieces_of(extent, size_);
+    divide(extent, squares_[axis], lines_[axis]);
+  }
   rings_.lay(outline_, size, layers);
   // Points that are on a line up to rounding are moved exactly onto it, so that no tiny edges remain.
   rings_.move_inner_side([this](Point& point) { snap(point); });
@@ -126,42 +130,32 @@ std::size_t FaceCells::lay_out(double size, const RingLayers& layers) {
   return cells_;
 }
 
-void FaceCells::place_lattice() {
-  columns_ = pieces_of(outline_.width(), size_);
-  rows_ = pieces_of(outline_.height(), size_);
-  divide(outline_.width(), columns_, lines_x_);
-  divide(outline_.height(), rows_, lines_y_);
-}
-
 void FaceCells::snap(Point& point) const {
   const double near = kOnLine * outline_.extent();
-  const auto move = [near](double& to, const std::vector<double>& lines) {
-    const std::size_t place = interval(lines, to);
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    double& to = coordinate(point, axis);
+    const std::size_t place = interval(lines_[axis], to);
     for (const std::size_t line : {place, place + 1}) {
-      if (std::abs(lines[line] - to) <= near) to = lines[line];
+      if (std::abs(lines_[axis][line] - to) <= near) to = lines_[axis][line];
     }
-  };
-  move(point.x, lines_x_);
-  move(point.y, lines_y_);
+  }
 }
 
 // Cut the area within the rings along the lattice. Each connected part of a square becomes a cell.
 void FaceCells::cut_at_lattice() {
-  upright_.clear();
-  level_.clear();
   // Items after those of the rings: the corners of all squares; follow_loop() adds chains of edges.
   const auto pieces = static_cast<std::size_t>(rings_.pieces());
-  const std::size_t items = pieces + 4 * columns_ * rows_;
+  const std::size_t items = pieces + 4 * squares_[0] * squares_[1];
   square_of_.assign(items, -1);
   for (std::size_t i = pieces; i < items; ++i) square_of_[i] = static_cast<std::int32_t>((i - pieces) / 4);
   sets_.reset(items);
+  for (std::vector<Crossing>& one : crossings_) one.clear();
   for (const std::vector<InnerPoint>& loop : inner_) follow_loop(loop);
-  add_lines(upright_, true);
-  add_lines(level_, false);
+  for (std::size_t axis = 0; axis < 2; ++axis) add_lines(axis);
 }
 
-std::int32_t FaceCells::new_chain(std::size_t column, std::size_t row) {
-  square_of_.push_back(static_cast<std::int32_t>(row * columns_ + column));
+std::int32_t FaceCells::new_chain(const std::size_t square[2]) {
+  square_of_.push_back(static_cast<std::int32_t>(square[1] * squares_[0] + square[0]));
   return sets_.add();
 }
 
@@ -169,44 +163,40 @@ std::int32_t FaceCells::new_chain(std::size_t column, std::size_t row) {
 void FaceCells::follow_loop(const std::vector<InnerPoint>& loop) {
   if (loop.empty()) return;
   Point at = loop[0].at;
-  std::size_t column = interval(lines_x_, at.x), row = interval(lines_y_, at.y);
-  const std::int32_t begun = new_chain(column, row);
+  std::size_t square[2] = {interval(lines_[0], at.x), interval(lines_[1], at.y)};
+  const std::int32_t begun = new_chain(square);
   std::int32_t chain = begun;
   for (std::size_t i = 0; i < loop.size(); ++i) {
     const Point &a = loop[i].at, &b = loop[i + 1 < loop.size() ? i + 1 : 0].at;
-    const std::size_t to_column = interval(lines_x_, b.x), to_row = interval(lines_y_, b.y);
+    const std::size_t to[2] = {interval(lines_[0], b.x), interval(lines_[1], b.y)};
     const std::int32_t right = loop[i].right;
-    while (column != to_column || row != to_row) {
-      const bool east = to_column > column, north = to_row > row;
-      const std::size_t line_x = east ? column + 1 : column, line_y = north ? row + 1 : row;
-      const double part_x = column != to_column ? (lines_x_[line_x] - a.x) / (b.x - a.x) : INFINITY;
-      const double part_y = row != to_row ? (lines_y_[line_y] - a.y) / (b.y - a.y) : INFINITY;
-      Point next;
-      if (part_x <= part_y) {
-        next = part_x < 1.0 ? Point{lines_x_[line_x], a.y + part_x * (b.y - a.y)} : b;
-        snap(next);
-        if (row > 0) next.y = std::max(next.y, lines_y_[row]);
-        if (row + 1 < rows_) next.y = std::min(next.y, lines_y_[row + 1]);
-        add_edge({at, next, chain, right}, edges_);
-        const std::size_t beyond = east ? column + 1 : column - 1;
-        const std::int32_t before = chain;
-        chain = new_chain(beyond, row);
-        upright_.push_back({static_cast<std::uint32_t>(line_x), static_cast<std::uint32_t>(row), next.y, east ? 1 : -1,
-                            east ? before : chain, east ? chain : before});
-        column = beyond;
-      } else {
-        next = part_y < 1.0 ? Point{a.x + part_y * (b.x - a.x), lines_y_[line_y]} : b;
-        snap(next);
-        if (column > 0) next.x = std::max(next.x, lines_x_[column]);
-        if (column + 1 < columns_) next.x = std::min(next.x, lines_x_[column + 1]);
-        add_edge({at, next, chain, right}, edges_);
-        const std::size_t beyond = north ? row + 1 : row - 1;
-        const std::int32_t before = chain;
-        chain = new_chain(column, beyond);
-        level_.push_back({static_cast<std::uint32_t>(line_y), static_cast<std::uint32_t>(column), next.x,
-                          north ? -1 : 1, north ? before : chain, north ? chain : before});
-        row = beyond;
+    while (square[0] != to[0] || square[1] != to[1]) {
+      // The next line along each axis, and the part of the edge up to it.
+      std::size_t line[2];
+      double part[2];
+      for (std::size_t k = 0; k < 2; ++k) {
+        const double from = coordinate(a, k);
+        line[k] = to[k] > square[k] ? square[k] + 1 : square[k];
+        part[k] = square[k] != to[k] ? (lines_[k][line[k]] - from) / (coordinate(b, k) - from) : INFINITY;
       }
+      const std::size_t axis = part[0] <= part[1] ? 0 : 1, other = 1 - axis;
+      Point next = b;
+      double& along = coordinate(next, other);
+      if (part[axis] < 1.0) {
+        coordinate(next, axis) = lines_[axis][line[axis]];
+        along = coordinate(a, other) + part[axis] * (along - coordinate(a, other));
+      }
+      snap(next);
+      const std::size_t place = square[other];
+      if (place > 0) along = std::max(along, lines_[other][place]);
+      if (place + 1 < squares_[other]) along = std::min(along, lines_[other][place + 1]);
+      add_edge({at, next, chain, right}, edges_);
+      const bool up = to[axis] > square[axis];
+      const std::int32_t before = chain;
+      square[axis] = up ? square[axis] + 1 : square[axis] - 1;
+      chain = new_chain(square);
+      crossings_[axis].push_back({static_cast<std::uint32_t>(line[axis]), static_cast<std::uint32_t>(place), along,
+                                  up == (axis == 0) ? 1 : -1, up ? before : chain, up ? chain : before});
       at = next;
     }
     add_edge({at, b, chain, right}, edges_);
@@ -215,16 +205,18 @@ void FaceCells::follow_loop(const std::vector<InnerPoint>& loop) {
   sets_.join(begun, chain);
 }
 
-// Add the lattice's own edges: along its lines, between crossings with the loops, where the area is inside.
-void FaceCells::add_lines(std::vector<Crossing>& crossings, bool upright) {
+// Add the lattice's own edges: along its lines, between crossings with the loops, where the area is inside. `axis`: the
+// coordinate that is constant along the lines.
+void FaceCells::add_lines(std::size_t axis) {
+  std::vector<Crossing>& crossings = crossings_[axis];
+  const bool upright = axis == 0;
   std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
     return a.line != b.line ? a.line < b.line : a.place != b.place ? a.place < b.place : a.at < b.at;
   });
-  const std::vector<double>& lines = upright ? lines_x_ : lines_y_;
-  const std::vector<double>& across = upright ? lines_y_ : lines_x_;
+  const std::vector<double> &lines = lines_[axis], &across = lines_[1 - axis];
   const auto corner = [&](std::size_t line, std::size_t place, bool high_side, bool high_end) {
     const std::size_t beside = high_side ? line : line - 1;
-    const std::size_t square = upright ? place * columns_ + beside : beside * columns_ + place;
+    const std::size_t square = upright ? place * squares_[0] + beside : beside * squares_[0] + place;
     // A square's corners are numbered by two bits: 1 for the higher x, 2 for the higher y.
     const bool x = upright ? !high_side : high_end, y = upright ? high_end : !high_side;
     return rings_.pieces() + static_cast<std::int32_t>(4 * square + (x ? 1 : 0) + (y ? 2 : 0));
@@ -313,7 +305,7 @@ void FaceCells::join_parts_of_squares() {
 
 // Join cells that are too small to the neighbour with which they share the longest edges.
 void FaceCells::join_slivers() {
-  const double columns = static_cast<double>(columns_), rows = static_cast<double>(rows_);
+  const double columns = static_cast<double>(squares_[0]), rows = static_cast<double>(squares_[1]);
   const double square = outline_.width() / columns * outline_.height() / rows;
   for (int round = 0; round < kJoins; ++round) {
     const auto least = [&](std::size_t i) {

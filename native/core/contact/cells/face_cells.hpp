@@ -53,12 +53,11 @@ class FaceCells {
   // Divide the outline by squares and rings of a size [m]. Returns the number of cells, 0 if one of them has no area.
   std::size_t lay_out(double size, const RingLayers& layers);
   // Squares.
-  void place_lattice();
   void snap(Point& point) const;
   void cut_at_lattice();
-  std::int32_t new_chain(std::size_t column, std::size_t row);
+  std::int32_t new_chain(const std::size_t square[2]);
   void follow_loop(const std::vector<InnerPoint>& loop);
-  void add_lines(std::vector<Crossing>& crossings, bool upright);
+  void add_lines(std::size_t axis);
   // Cells.
   void label_cells();
   std::size_t label_of(std::int32_t item);
@@ -74,9 +73,9 @@ class FaceCells {
   double size_ = 0.0;                            // of a square [m]
   BorderRings rings_;
   std::vector<std::vector<InnerPoint>> inner_;   // the rings' inner side, by loop
-  std::size_t columns_ = 0, rows_ = 0;           // of squares
-  std::vector<double> lines_x_, lines_y_;        // of the lattice [m]
-  std::vector<Crossing> upright_, level_;
+  std::size_t squares_[2] = {};                  // along x and y
+  std::vector<double> lines_[2];                 // of the lattice: their x, and their y [m]
+  std::vector<Crossing> crossings_[2];           // with these lines
 
   // A cell consists of items: pieces of rings, corners of squares, and chains of edges within a square. The items of
   // one cell are joined. By item: its square (-1 for none) and, for roots, its cell.
