@@ -212,12 +212,12 @@ mjt_press* mjt_press_new(const mjt_pad* pad, const char* law, const char* tangen
                          size_t cells, double strength, double narrowest) {
   LawOptions options = law_options(law, tangential, tilting, friction, cells, strength);
   options.narrowest = narrowest;
+  options.any_torsion = true;
   // Footprints have no body geometry: their lowest part is known, so that the facing gap is 0, and no pose is rounded.
   auto* made =
       new mjt_press{pad->pad, options, PadSensor(pad->pad, options, 0.0, 1e-6), {}, {}, {}, {}, {}, {}, {}, {}, {}};
   made->sensor.keep_nodal_forces(true, true);
   made->sensor.set_patience(kPatience);
-  made->sensor.carry_any_torsion();
   return made;
 }
 

@@ -98,12 +98,7 @@ Pose pad_frame(const Model* model, const Data* data, int geom) {
     const int mesh = ints(model, layout.model_geom_dataid)[geom];
     const double* moved = doubles(model, layout.model_mesh_pos) + 3 * mesh;
     const Pose turn = pose_of(moved, doubles(model, layout.model_mesh_quat) + 4 * mesh);
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
-        frame.rotation[3 * i + j] = 0.0;
-        for (int k = 0; k < 3; ++k) frame.rotation[3 * i + j] += rotation[3 * i + k] * turn.rotation[3 * j + k];
-      }
-    }
+    rotate_from(rotation, turn.rotation, frame.rotation);
     for (int i = 0; i < 3; ++i) {
       frame.position[i] = position[i];
       for (int k = 0; k < 3; ++k) frame.position[i] -= frame.rotation[3 * i + k] * moved[k];

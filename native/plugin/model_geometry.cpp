@@ -1,7 +1,6 @@
 #include "plugin/model_geometry.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <iterator>
 #include <mutex>
 #include <string_view>

@@ -164,16 +164,15 @@ double BodyPress::press_again(const Touch& touch) {
   return change;
 }
 
-bool BodyPress::find_forces(const Touch& touch, SurfaceShear& shear, bool any_torsion, double* nodal) {
+bool BodyPress::find_forces(const Touch& touch, SurfaceShear& shear, double* nodal) {
   forces_.resize(3 * cells().cells());
   leans_.clear();
-  const bool exact =
-      is_curved() ? find_on_curved(shear, any_torsion, nodal) : find_on_flat(touch, shear, any_torsion, nodal);
+  const bool exact = is_curved() ? find_on_curved(shear, nodal) : find_on_flat(touch, shear, nodal);
   return exact && contact().exact();
 }
 
-bool BodyPress::find_on_flat(const Touch& touch, SurfaceShear& shear, bool any_torsion, double* nodal) {
-  const bool exact = set_forces(touch, shear, any_torsion);
+bool BodyPress::find_on_flat(const Touch& touch, SurfaceShear& shear, double* nodal) {
+  const bool exact = set_forces(touch, shear);
   CellContact::sum(workspace_, cells().cells(), forces_.data(), carried_);
   balance_leans();
   contact().nodal_forces(cells(), pad_->surface(), on_cells(), workspace_, nodal);
@@ -182,12 +181,12 @@ bool BodyPress::find_on_flat(const Touch& touch, SurfaceShear& shear, bool any_t
 
 // On a curved pad, cells press along their own normals, which have components along the tangent plane. These carry a
 // part of the tangential force, and shear carries the rest.
-bool BodyPress::find_on_curved(SurfaceShear& shear, bool any_torsion, double* nodal) {
+bool BodyPress::find_on_curved(SurfaceShear& shear, double* nodal) {
   double along[3], carried[6];
   patch_.bent().along_plane(contact().normal().data(), along);
   double* wrench = here_.wrench;
   wrench[0] -= along[0], wrench[1] -= along[1], wrench[5] -= along[2];
-  const bool exact = set_forces(here_, shear, any_torsion);
+  const bool exact = set_forces(here_, shear);
   CellContact::sum(workspace_, cells().cells(), forces_.data(), carried);
   carried[0] += along[0], carried[1] += along[1], carried[5] += along[2];
   plane_.wrench_out_of(carried, carried_);
@@ -197,8 +196,8 @@ bool BodyPress::find_on_curved(SurfaceShear& shear, bool any_torsion, double* no
 }
 
 // Set the forces on the cells. False if shear has no solution, and a simpler distribution carries it.
-bool BodyPress::set_forces(const Touch& touch, SurfaceShear& shear, bool any_torsion) {
-  const ShearOutcome outcome = solve_shear(touch, shear, any_torsion);
+bool BodyPress::set_forces(const Touch& touch, SurfaceShear& shear) {
+  const ShearOutcome outcome = solve_shear(touch, shear);
   if (outcome.refused) contact().forces(cells(), touch.wrench, forces_.data());
   bound_stress(cells(), options_.strength, forces_.data());
   return !outcome.simplified;
@@ -206,9 +205,9 @@ bool BodyPress::set_forces(const Touch& touch, SurfaceShear& shear, bool any_tor
 
 // Compute the forces on the cells if shear is bounded by friction or is not in proportion to the pressure. Refused if
 // it is plainly in proportion, or if no solution was found.
-ShearOutcome BodyPress::solve_shear(const Touch& touch, SurfaceShear& shear, bool any_torsion) {
+ShearOutcome BodyPress::solve_shear(const Touch& touch, SurfaceShear& shear) {
   const TangentialChoice& choice = *options_.tangential;
-  const bool plain = !choice.couples() && options_.friction < 0.0 && !(any_torsion && touch.wrench[5] != 0.0);
+  const bool plain = !choice.couples() && options_.friction < 0.0 && !(options_.any_torsion && touch.wrench[5] != 0.0);
   if (plain || !contact().exact()) return {true, false, false};
   if (choice.couples()) integrate_shear();
   PressedCells pressed = contact().pressed_cells(cells(), heights(), workspace_);

@@ -4,7 +4,6 @@
 // face, its shape is pressed. Of several candidates for the contact the best is taken.
 #pragma once
 
-#include <cstddef>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -65,10 +64,9 @@ class BodyPress {
   // Solve again on the same cells, on the surface as lowered by others. Returns the largest change of a cell's normal
   // force [N].
   double press_again(const Touch& touch);
-  // Compute the forces on the cells, and from them `nodal` (nodes y, nodes x, 3) [N]. `any_torsion`: carry any torsion
-  // if no friction coefficient bounds it. False if the law found no solution, and a simpler distribution carries the
-  // wrench.
-  bool find_forces(const Touch& touch, SurfaceShear& shear, bool any_torsion, double* nodal);
+  // Compute the forces on the cells, and from them `nodal` (nodes y, nodes x, 3) [N]. False if the law found no
+  // solution, and a simpler distribution carries the wrench.
+  bool find_forces(const Touch& touch, SurfaceShear& shear, double* nodal);
 
   const CellContact& contact() const { return is_flat_ ? flat_.contact() : patch_.contact(); }
   const Face& cells() const { return is_flat_ ? flat_.face() : patch_.face(); }
@@ -92,10 +90,10 @@ class BodyPress {
   bool touches_beyond(const Touch& touch, double reach);
   bool press_map(const Touch& touch);
   bool solve_over(const HeightMap& map, const Touch& touch, double floor, double ceiling);
-  bool find_on_flat(const Touch& touch, SurfaceShear& shear, bool any_torsion, double* nodal);
-  bool find_on_curved(SurfaceShear& shear, bool any_torsion, double* nodal);
-  bool set_forces(const Touch& touch, SurfaceShear& shear, bool any_torsion);
-  ShearOutcome solve_shear(const Touch& touch, SurfaceShear& shear, bool any_torsion);
+  bool find_on_flat(const Touch& touch, SurfaceShear& shear, double* nodal);
+  bool find_on_curved(SurfaceShear& shear, double* nodal);
+  bool set_forces(const Touch& touch, SurfaceShear& shear);
+  ShearOutcome solve_shear(const Touch& touch, SurfaceShear& shear);
   void integrate_shear();
   const std::vector<Point>* gradients() const;
   void balance_leans();

@@ -1,6 +1,5 @@
 #include "contact/pad.hpp"
 
-#include <algorithm>
 #include <numeric>
 #include <utility>
 

@@ -234,7 +234,7 @@ void PadSensor::couple(const Touch* touches, std::size_t count) {
 void PadSensor::finish(const Touch& touch, BodyPress& press) {
   const CellContact& contact = press.contact();
   const Face& cells = press.cells();
-  if (!press.find_forces(touch, shear_, any_torsion_, forces_.data())) note(Event::approximated, touch, 0.0, 0.0);
+  if (!press.find_forces(touch, shear_, forces_.data())) note(Event::approximated, touch, 0.0, 0.0);
   double borne[3] = {};
   for (std::size_t i = 0; i < 3 * cells.cells(); ++i) borne[i % 3] += press.forces()[i];
   note_contact(touch, borne, contact.pressed_area(), contact.indentation());

@@ -69,8 +69,6 @@ class PadSensor {
   void keep_nodal_forces(bool keep, bool only = false) { keeps_forces_ = keep, only_forces_ = only; }
   // Let the solution for shear take `times` as long as a simulation step allows.
   void set_patience(double times) { shear_.set_patience(times); }
-  // Carry any torsion if no friction coefficient bounds it, however large the shear becomes.
-  void carry_any_torsion() { any_torsion_ = true; }
   // Solution of a touch of the last press().
   SolvedCells solved_cells(std::size_t touch) const;
   // Numbers to keep with the state until the next step.
@@ -120,7 +118,7 @@ class PadSensor {
   std::shared_ptr<const Pad> pad_;
   LawOptions options_;
   double facing_gap_, tolerance_, key_ = 0.0;
-  bool touched_ = false, keeps_forces_ = false, only_forces_ = false, any_torsion_ = false;
+  bool touched_ = false, keeps_forces_ = false, only_forces_ = false;
   int power_ = 0;   // forces far from 1 N are scaled by this power of two
   Pressed pressed_;
   FacingFaces faces_;

@@ -28,21 +28,13 @@ void symmetric_eigen(std::size_t size, const double* matrix, double* values, dou
         turned = true;
         const double angle = 0.5 * std::atan2(2.0 * a[p][q], a[q][q] - a[p][p]);
         const double c = std::cos(angle), s = std::sin(angle);
-        for (std::size_t k = 0; k < size; ++k) {
-          const double first = a[k][p], second = a[k][q];
-          a[k][p] = c * first - s * second;
-          a[k][q] = s * first + c * second;
-        }
-        for (std::size_t k = 0; k < size; ++k) {
-          const double first = a[p][k], second = a[q][k];
-          a[p][k] = c * first - s * second;
-          a[q][k] = s * first + c * second;
-        }
-        for (std::size_t k = 0; k < size; ++k) {
-          const double first = vectors[k * size + p], second = vectors[k * size + q];
-          vectors[k * size + p] = c * first - s * second;
-          vectors[k * size + q] = s * first + c * second;
-        }
+        const auto turn = [c, s](double& first, double& second) {
+          const double one = first, other = second;
+          first = c * one - s * other, second = s * one + c * other;
+        };
+        for (std::size_t k = 0; k < size; ++k) turn(a[k][p], a[k][q]);
+        for (std::size_t k = 0; k < size; ++k) turn(a[p][k], a[q][k]);
+        for (std::size_t k = 0; k < size; ++k) turn(vectors[k * size + p], vectors[k * size + q]);
       }
     }
     if (!turned) break;

@@ -15,6 +15,13 @@ inline void rotate(const double* rotation, const double* vector, double* rotated
   for (int i = 0; i < 3; ++i) rotated[i] = dot(rotation + 3 * i, vector);
 }
 
+// The product of a rotation and the inverse of another one.
+inline void rotate_from(const double* rotation, const double* other, double* product) {
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) product[3 * i + j] = dot(rotation + 3 * i, other + 3 * j);
+  }
+}
+
 // By the inverse rotation.
 inline void rotate_back(const double* rotation, const double* vector, double* rotated) {
   for (int i = 0; i < 3; ++i) {

@@ -31,13 +31,7 @@ void add_quadrature(const Point& middle, const Point& axis, double along, double
 
 bool place(const Face& face, const Pose& pose, Placement& placement) {
   double turn[9];  // from the face's frame to the pad's: pose.rotation * face.rotation^T
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      double sum = 0.0;
-      for (int k = 0; k < 3; ++k) sum += pose.rotation[3 * i + k] * face.rotation[3 * j + k];
-      turn[3 * i + j] = sum;
-    }
-  }
+  rotate_from(pose.rotation, face.rotation, turn);
   if (!(turn[8] > 0.0) || std::hypot(turn[6], turn[7]) > face.most_slope * turn[8]) return false;
   const double c = turn[0] + turn[4], s = turn[3] - turn[1], size = std::hypot(c, s);
   placement.cosine = c / size;

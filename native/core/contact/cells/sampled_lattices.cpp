@@ -1,6 +1,7 @@
 #include "contact/cells/sampled_lattices.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace mjtactile {
@@ -58,20 +59,15 @@ bool SampledLattices::Territory::lost(const Point& at) const {
 
 void SampledLattices::clear() {
   lattices_.clear();
-  firsts_.clear();
-  first_nodes_.clear();
   numbers_.clear();
   nodes_.clear();
-  first_lines_.clear(), line_ends_.clear(), strips_.clear();
+  line_ends_.clear(), strips_.clear();
   counted_ = 0;
 }
 
 // Add a lattice of which no cell counts and no node is sampled.
 void SampledLattices::append(const Lattice& lattice) {
-  lattices_.push_back(lattice);
-  firsts_.push_back(numbers_.size());
-  first_nodes_.push_back(nodes_.size());
-  first_lines_.push_back(kNoLines);
+  lattices_.push_back({lattice, numbers_.size(), nodes_.size(), kNoLines});
   numbers_.resize(numbers_.size() + lattice.cells(), kNone);
   nodes_.resize(nodes_.size() + (2 * lattice.columns + 1) * (2 * lattice.rows + 1), kNowhere);
 }
@@ -79,7 +75,7 @@ void SampledLattices::append(const Lattice& lattice) {
 // Sample the wanted nodes of the last lattice, at points_. They are looked up together, because that is faster.
 void SampledLattices::sample(const HeightWindow& view) {
   view.map->heights(points_, found_);
-  double* nodes = nodes_.data() + first_nodes_.back();
+  double* nodes = nodes_.data() + lattices_.back().first_node;
   for (std::size_t i = 0; i < points_.size(); ++i) {
     nodes[wanted_[i]] = view.measured(points_[i], found_[i]) - view.highest;
   }
@@ -122,7 +118,7 @@ void SampledLattices::add_along_ridges(const Lattice& lattice, const HeightWindo
                                  double strip) {
   append(lattice);
   sample_all(view);
-  first_lines_.back() = line_ends_.size();
+  lattices_.back().first_line = line_ends_.size();
   find_strips(view, strip);
   for (std::size_t place = 0; place < lattice.cells(); ++place) {
     bool meets = false;
@@ -133,7 +129,7 @@ void SampledLattices::add_along_ridges(const Lattice& lattice, const HeightWindo
 
 // Find where the node lines of the last lattice cross ridges.
 void SampledLattices::find_strips(const HeightWindow& view, double strip) {
-  const Lattice& lattice = lattices_.back();
+  const Sampled& lattice = lattices_.back();
   const std::size_t across = 2 * lattice.columns + 1, along = 2 * lattice.rows + 1;
   strip_ = strip;
   for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -141,7 +137,7 @@ void SampledLattices::find_strips(const HeightWindow& view, double strip) {
     const Point from = lattice.at(0.0, 0.0), to = row ? lattice.at(0.5, 0.0) : lattice.at(0.0, 0.5);
     for (std::size_t line = 0; line < (row ? along : across); ++line) {
       const std::size_t count = row ? across : along;
-      const double* const first = nodes_.data() + first_nodes_.back() + line * (row ? across : 1);
+      const double* const first = nodes_.data() + lattice.first_node + line * (row ? across : 1);
       const auto point = [&](double node) {
         const double place = static_cast<double>(line) / 2;
         return row ? lattice.at(node / 2, place) : lattice.at(place, node / 2);
@@ -164,10 +160,10 @@ void SampledLattices::find_strips(const HeightWindow& view, double strip) {
 // in the cell, in cells from its middle.
 template <typename Visit>
 void SampledLattices::each_strip(std::size_t lattice, std::size_t place, Visit&& visit) const {
-  const Lattice& own = lattices_[lattice];
+  const Sampled& own = lattices_[lattice];
   const std::size_t column = place % own.columns, row = place / own.columns;
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    const std::size_t first = first_lines_[lattice] + (axis == 0 ? 2 * row : 2 * own.rows + 1 + 2 * column);
+    const std::size_t first = own.first_line + (axis == 0 ? 2 * row : 2 * own.rows + 1 + 2 * column);
     const auto start = static_cast<double>(axis == 0 ? column : row) + 0.5;
     for (std::size_t line = 0; line < 3; ++line) {
       const std::size_t number = first + line;
@@ -206,7 +202,7 @@ void SampledLattices::settle(const std::vector<Region>& regions) {
         std::size_t cell;
         if (other == own || !lattices_[other].holds(at, cell) || number(other, cell) != kCounted) continue;
         if (!regions[other].holds(at) && regions[other].away(at) >= regions[own].away(at)) continue;
-        twice_.push_back(firsts_[own] + place);
+        twice_.push_back(lattices_[own].first + place);
         break;
       }
     }
@@ -243,7 +239,7 @@ void SampledLattices::split_lattice(std::size_t own, const std::vector<std::uint
   const std::size_t columns = lattices_[own].columns, across = 4 * columns + 1;
   const auto each_chosen = [&](auto&& visit) {
     for (std::size_t place = 0; place < lattices_[own].cells(); ++place) {
-      const std::int32_t former = former_[firsts_[own] + place];
+      const std::int32_t former = former_[lattices_[own].first + place];
       if (former >= 0 && chosen[static_cast<std::size_t>(former)]) visit(place);
     }
   };
@@ -280,12 +276,12 @@ std::size_t SampledLattices::former(std::size_t lattice, std::size_t place) cons
     place = (place / columns / 2) * (columns / 2) + place % columns / 2;
     lattice = splits_[lattice - before];
   }
-  return static_cast<std::size_t>(former_[firsts_[lattice] + place]);
+  return static_cast<std::size_t>(former_[lattices_[lattice].first + place]);
 }
 
 const double* SampledLattices::corner(std::size_t lattice, std::size_t place) const {
-  const std::size_t columns = lattices_[lattice].columns;
-  return nodes_.data() + first_nodes_[lattice] + 2 * (place / columns) * nodes_across(lattice) + 2 * (place % columns);
+  const Sampled& own = lattices_[lattice];
+  return nodes_.data() + own.first_node + 2 * (place / own.columns) * nodes_across(lattice) + 2 * (place % own.columns);
 }
 
 bool SampledLattices::is_under(std::size_t lattice, std::size_t place) const {

@@ -3,7 +3,6 @@
 // They say which cells count, because the body stands low enough over some node, and number the cells that are laid.
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -41,7 +40,7 @@ class SampledLattices {
   // body is less than `strip` higher than on the ridge [m].
   void add_along_ridges(const Lattice& lattice, const HeightWindow& view, const Territory& territory, double strip);
   // Whether the cells of a lattice follow ridges; then no cell counts as a whole.
-  bool follows_ridges(std::size_t lattice) const { return first_lines_[lattice] != kNoLines; }
+  bool follows_ridges(std::size_t lattice) const { return lattices_[lattice].first_line != kNoLines; }
   // The parts of lines across a cell of such a lattice that lie on strips.
   CellSpans spans(std::size_t lattice, std::size_t place) const;
   // Where a lattice has grown out of its region over cells of another one, count the cells of one of them. `regions`:
@@ -57,9 +56,11 @@ class SampledLattices {
   const Lattice& operator[](std::size_t lattice) const { return lattices_[lattice]; }
   std::size_t counted() const { return counted_; }   // number of cells that count, before any were split
   // The number of a lattice's cell, or one of the constants. `place`: row by row in the lattice.
-  std::int32_t number(std::size_t lattice, std::size_t place) const { return numbers_[firsts_[lattice] + place]; }
+  std::int32_t number(std::size_t lattice, std::size_t place) const {
+    return numbers_[lattices_[lattice].first + place];
+  }
   void set_number(std::size_t lattice, std::size_t place, std::int32_t number) {
-    numbers_[firsts_[lattice] + place] = number;
+    numbers_[lattices_[lattice].first + place] = number;
   }
   // The number of the cell that stands some columns and rows away from another one; negative if there is none.
   std::int32_t beside(std::size_t lattice, std::size_t place, int columns, int rows) const {
@@ -93,8 +94,11 @@ class SampledLattices {
   void sample(const HeightWindow& view);
   void split_lattice(std::size_t lattice, const std::vector<std::uint8_t>& chosen, const HeightWindow& view);
 
-  std::vector<Lattice> lattices_;
-  std::vector<std::size_t> firsts_, first_nodes_;   // where each lattice's places and nodes begin
+  static constexpr std::size_t kNoLines = static_cast<std::size_t>(-1);
+  struct Sampled : Lattice {
+    std::size_t first, first_node, first_line;   // its first place, node and line; kNoLines if it follows no ridges
+  };
+  std::vector<Sampled> lattices_;
   std::vector<std::int32_t> numbers_, former_;      // by place: the cells' numbers, and those before the last split
   std::vector<double> nodes_;                       // heights minus the limit [m]; infinite where they are not needed
   std::vector<std::size_t> splits_;                 // for each lattice of the last split, the one that it splits
@@ -104,8 +108,6 @@ class SampledLattices {
   struct Strip {
     double height, low, high;   // height above the limit [m]
   };
-  static constexpr std::size_t kNoLines = static_cast<std::size_t>(-1);
-  std::vector<std::size_t> first_lines_;   // for each lattice, its first line; kNoLines if it does not follow ridges
   std::vector<std::size_t> line_ends_;      // for each line, the number of strips up to its end
   std::vector<Strip> strips_;
   double strip_ = 0.0;                      // how much higher the body is at the sides of strips [m]

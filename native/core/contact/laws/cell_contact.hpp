@@ -23,6 +23,7 @@ struct LawOptions {
   double strength = 0.0;    // largest pressure on a cell [Pa]; 0: no bound
   double facing_gap = 0.0;  // law "uniform" presses with parts of a body up to this height above the first touch [m]
   double narrowest = 0.0;   // least width of cells that taxels can resolve [m]
+  bool any_torsion = false; // whether any torsion is carried that friction does not bound, however large its shear
 
   bool operator==(const LawOptions& other) const {
     return law == other.law && tangential == other.tangential && tilting == other.tilting &&

@@ -38,9 +38,7 @@ bool slipping(const ShearProblem& problem, ShearWork& work, bool known, bool& sl
   if ((!known || work.slip.slid()) && work.slip.slides(work.grip, wanted, friction, work.shear.data())) return true;
   work.displace(problem.cells, problem.compliance->whole(), work.normal.data());
   const SlipProblem slip = {work.tangential, work.grip, work.free_slip.data(), wanted};
-  if (work.slip.solve(slip, friction, known, work.limit, work.shear.data())) {
-    return true;
-  }
+  if (work.slip.solve(slip, friction, known, work.limit, work.shear.data())) return true;
   double direction[3];
   work.grip.sliding_with(wanted, friction, work.shear.data(), direction);
   return false;
@@ -76,10 +74,8 @@ class Coulomb final : public TangentialChoice {
       if (cells.heights != nullptr) work.gaps[i] = cells.heights[place] - lowest;
       double* modes = work.modes.data() + i * motions;
       modes[0] = 1.0;
-      if (cells.tilting) {
-        modes[1] = (cells.points[place].x - cells.middle.x) / cells.length;
-        modes[2] = (cells.points[place].y - cells.middle.y) / cells.length;
-      }
+      const Point lever = cells.lever(place);
+      if (cells.tilting) modes[1] = lever.x, modes[2] = lever.y;
       for (std::size_t m = 0; m < motions; ++m) resultants[m] += modes[m] * cells.pressing[place];
       total += cells.pressing[place];
     }

@@ -18,8 +18,7 @@ bool bonded(const ShearProblem& problem, ShearWork& work, double* forces) {
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t place = work.reached[i];
     const double pressing = cells.pressing[place];
-    work.levers[i] = {(cells.points[place].x - cells.middle.x) / cells.length,
-                      (cells.points[place].y - cells.middle.y) / cells.length};
+    work.levers[i] = cells.lever(place);
     if (cells.heights != nullptr) work.heights[i] = cells.heights[place];
     work.start[i] = pressing > touching ? 1 : 0;
     wanted[0] += pressing;
@@ -32,9 +31,7 @@ bool bonded(const ShearProblem& problem, ShearWork& work, double* forces) {
   const double* heights = cells.heights == nullptr ? nullptr : work.heights.data();
   const BondedProblem body = {problem.compliance->whole(), cells.count, work.reached, work.levers.data(), heights,
                               wanted, cells.tilting};
-  if (!work.bonded.solve(body, work.start.data(), work.limit)) {
-    return false;
-  }
+  if (!work.bonded.solve(body, work.start.data(), work.limit)) return false;
   std::fill(forces, forces + 3 * cells.count, 0.0);
   const double* found = work.bonded.forces().data();
   for (std::size_t i = 0; i < count; ++i) {

@@ -14,10 +14,7 @@ namespace {
 constexpr double kWork = 3e7;
 
 bool finite(const double* numbers, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!std::isfinite(numbers[i])) return false;
-  }
-  return true;
+  return std::all_of(numbers, numbers + count, [](double one) { return std::isfinite(one); });
 }
 
 }  // namespace

@@ -34,6 +34,11 @@ struct PressedCells {
   const double* most = nullptr;  // largest normal forces (count) [N], no less than `pressing`; null: no bound
   // Gradients of the body's height above the cells (count) [-]; null if no cell leans.
   const std::vector<Point>* gradients = nullptr;
+
+  // Position of a cell from that point, over the length [-].
+  Point lever(std::size_t cell) const {
+    return {(points[cell].x - middle.x) / length, (points[cell].y - middle.y) / length};
+  }
 };
 
 // The cells, and the wrench that they must carry.

@@ -146,17 +146,8 @@ bool UniformPress::hold(const SurfaceGrid& grid, double friction, double* wrench
   double wanted[3], held[3];
   grip_.about_centre(wrench, wrench[5], wanted);
   shear_.resize(2 * places_.size());
-  grip_.proportional(wanted, shear_.data());
-  if (friction > 0.0) {
-    bool holds = true;
-    for (std::size_t i = 0; holds && i < grip_.count(); ++i) {
-      holds = std::hypot(shear_[i], shear_[grip_.count() + i]) <= friction * grip_.normal(i);
-    }
-    if (holds || !grip_.nearest(wanted, friction, shear_.data())) return false;
-    grip_.resultants(shear_.data(), held);
-  } else {
-    std::fill(held, held + 3, 0.0);
-  }
+  if (!grip_.nearest(wanted, friction, shear_.data())) return false;
+  grip_.resultants(shear_.data(), held);
   // Convert the torsion about the centre of pressure to one about the pad's origin.
   double origin[3];
   const double force[2] = {held[0], held[1]};
