@@ -11,6 +11,7 @@
 #include "contact/cells/placed_cells.hpp"
 #include "contact/cells/tangential.hpp"
 #include "contact/laws/by_name.hpp"
+#include "geometry/flat_facets.hpp"
 #include "linalg/kernels.hpp"
 
 using namespace mjtactile;
@@ -148,13 +149,12 @@ mjt_body* mjt_body_new(void) { return new mjt_body; }
 
 void mjt_body_add_shape(mjt_body* body, int kind, const double* size, const double* pose) {
   body->shapes.push_back({static_cast<ShapeKind>(kind), {size[0], size[1], size[2]}, pose_of(pose), nullptr});
-  body->facets.emplace_back();
 }
 
 void mjt_body_add_mesh(mjt_body* body, const double* pose, size_t vertices, const float* points, size_t triangles,
                        const int32_t* corners) {
   auto mesh = std::make_shared<TriangleMesh>(make_mesh(points, vertices, corners, triangles));
-  body->facets.push_back(flat_facets(*mesh, 5e-5));
+  mesh->facets = flat_facets(*mesh, 5e-5);
   body->shapes.push_back({ShapeKind::triangles, {0.0, 0.0, 0.0}, pose_of(pose), std::move(mesh)});
 }
 
@@ -177,10 +177,8 @@ int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose,
                    const char* law, const char* tangential, int tilting, double friction, double strength,
                    double facing_gap, size_t cells, double* nodal_forces, double* carried) {
   const LawOptions options = law_options(law, tangential, tilting, friction, cells, strength);
-  std::vector<const std::vector<Facet>*> facets;
-  for (const auto& one : body->facets) facets.push_back(&one);
   Touch touch = {};
-  touch.geometry = std::make_shared<BodyGeometry>(body->shapes, facets, side_limits(options, facing_gap));
+  touch.geometry = std::make_shared<BodyGeometry>(body->shapes, side_limits(options, facing_gap));
   touch.pose = pose_of(pose);
   std::copy(wrench, wrench + 6, touch.wrench);
   touch.sunk = sunk;

@@ -19,7 +19,6 @@ struct mjt_outer {
 
 struct mjt_body {
   std::vector<mjtactile::Shape> shapes;
-  std::vector<std::vector<mjtactile::Facet>> facets;
 };
 
 struct mjt_cells {

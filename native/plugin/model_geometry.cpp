@@ -6,6 +6,7 @@
 #include <string_view>
 #include <unordered_map>
 
+#include "geometry/flat_facets.hpp"
 #include "geometry/hash.hpp"
 
 namespace mjtactile::mujoco {
@@ -18,23 +19,17 @@ constexpr std::string_view kShown = "_tactile";
 constexpr std::size_t kSampled = 16;
 
 // A mesh with its flat facets. Pads of this process share it, as long as some body uses it.
-struct SharedMesh {
-  TriangleMesh mesh;
-  std::vector<Facet> facets;
-};
-
 template <typename Make>
-std::shared_ptr<const SharedMesh> shared_mesh(std::uint64_t key, double facing_gap, Make&& make) {
+std::shared_ptr<const TriangleMesh> shared_mesh(std::uint64_t key, double facing_gap, Make&& make) {
   static std::mutex mutex;
-  static auto* const known = new std::unordered_map<std::uint64_t, std::weak_ptr<const SharedMesh>>;
+  static auto* const known = new std::unordered_map<std::uint64_t, std::weak_ptr<const TriangleMesh>>;
   const std::lock_guard<std::mutex> lock(mutex);
   // Which facets are flat depends on the gap, too.
   auto& place = (*known)[mixed(key, &facing_gap, sizeof facing_gap)];
-  std::shared_ptr<const SharedMesh> found = place.lock();
+  std::shared_ptr<const TriangleMesh> found = place.lock();
   if (found == nullptr) {
-    auto made = std::make_shared<SharedMesh>();
-    made->mesh = make();
-    made->facets = flat_facets(made->mesh, facing_gap);
+    auto made = std::make_shared<TriangleMesh>(make());
+    made->facets = flat_facets(*made, facing_gap);
     place = found = std::move(made);
     // Meshes that no body uses any more: a height field that changes at every step leaves one each time.
     for (auto at = known->begin(); at != known->end();) at = at->second.expired() ? known->erase(at) : std::next(at);
@@ -277,12 +272,9 @@ ModelGeometry::Geom ModelGeometry::describe(const Model* model, int geom) {
 
 std::shared_ptr<BodyGeometry> ModelGeometry::make(const Model* model) const {
   std::vector<Shape> shapes;
-  std::vector<std::shared_ptr<const SharedMesh>> kept;
-  std::vector<const std::vector<Facet>*> facets;
   for (const Geom& geom : geoms_) {
     Shape shape = {ShapeKind::half_space, {geom.size[0], geom.size[1], geom.size[2]},
                    pose_of(geom.position, geom.orientation), nullptr};
-    std::shared_ptr<const SharedMesh> mesh;
     switch (geom.kind) {
       case kSphere:
         shape.kind = ShapeKind::ellipsoid;
@@ -294,28 +286,23 @@ std::shared_ptr<BodyGeometry> ModelGeometry::make(const Model* model) const {
       case kBox: shape.kind = ShapeKind::box; break;
       case kHeightField: {
         const HeightField of(model, geom.data);
-        mesh = shared_mesh(mixed(mixed(geom.contents, of.rows), of.columns), limits_.facing_gap,
-                           [&] { return make_height_field(of.rows, of.columns, of.size, of.data); });
+        shape.mesh = shared_mesh(mixed(mixed(geom.contents, of.rows), of.columns), limits_.facing_gap,
+                                 [&] { return make_height_field(of.rows, of.columns, of.size, of.data); });
         break;
       }
       case kMesh:
       case kSdf: {
         const Mesh of(model, geom.data);
-        mesh = shared_mesh(geom.contents, limits_.facing_gap,
-                           [&] { return make_mesh(of.vertex, of.vertices, of.face, of.count); });
+        shape.mesh = shared_mesh(geom.contents, limits_.facing_gap,
+                                 [&] { return make_mesh(of.vertex, of.vertices, of.face, of.count); });
         break;
       }
       default: break;
     }
-    if (mesh != nullptr) {
-      shape.kind = ShapeKind::triangles;
-      shape.mesh = std::shared_ptr<const TriangleMesh>(mesh, &mesh->mesh);
-    }
-    facets.push_back(mesh == nullptr ? nullptr : &mesh->facets);
-    kept.push_back(std::move(mesh));
+    if (shape.mesh != nullptr) shape.kind = ShapeKind::triangles;
     shapes.push_back(std::move(shape));
   }
-  return std::make_shared<BodyGeometry>(std::move(shapes), facets, limits_);
+  return std::make_shared<BodyGeometry>(std::move(shapes), limits_);
 }
 
 }  // namespace mjtactile::mujoco

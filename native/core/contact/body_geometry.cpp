@@ -46,7 +46,7 @@ struct Part {
   std::vector<std::vector<Vector>> loops;
 };
 
-void add_parts(const Shape& shape, std::size_t number, const std::vector<Facet>* facets, std::vector<Part>& parts) {
+void add_parts(const Shape& shape, std::size_t number, std::vector<Part>& parts) {
   const auto add = [&](const double* normal, const std::vector<std::vector<Vector>>& loops, bool endless) {
     Part part = {number, {}, 0.0, endless, {}};
     rotate(shape.local.rotation, normal, part.up.data());
@@ -90,8 +90,8 @@ void add_parts(const Shape& shape, std::size_t number, const std::vector<Facet>*
   } else if (shape.kind == ShapeKind::half_space) {
     const double normal[3] = {0.0, 0.0, 1.0};
     add(normal, {}, true);
-  } else if (shape.kind == ShapeKind::triangles && facets != nullptr) {
-    for (const Facet& facet : *facets) add(facet.normal, facet.loops, false);
+  } else if (shape.kind == ShapeKind::triangles) {
+    for (const Facet& facet : shape.mesh->facets) add(facet.normal, facet.loops, false);
   }
 }
 
@@ -316,11 +316,10 @@ bool gather(const std::vector<Part>& parts, std::size_t first, std::vector<std::
 
 }  // namespace
 
-BodyGeometry::BodyGeometry(std::vector<Shape> shapes, const std::vector<const std::vector<Facet>*>& facets,
-                           const SideLimits& limits)
+BodyGeometry::BodyGeometry(std::vector<Shape> shapes, const SideLimits& limits)
     : shapes_(std::move(shapes)), limits_(limits) {
   std::vector<Part> parts;
-  for (std::size_t i = 0; i < shapes_.size(); ++i) add_parts(shapes_[i], i, facets[i], parts);
+  for (std::size_t i = 0; i < shapes_.size(); ++i) add_parts(shapes_[i], i, parts);
   std::vector<std::uint8_t> done(parts.size(), 0);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (done[i]) continue;
@@ -373,7 +372,7 @@ bool BodyGeometry::look_at(FlatSide& side) const {
   auto face = std::make_shared<Face>();
   FaceCells cells;
   if (!cells.make(side.outline, limits_.cells, *face)) return false;
-  side.describe(*face);
+  static_cast<FacePlane&>(*face) = side;
   side.whole = std::move(face);
   return true;
 }

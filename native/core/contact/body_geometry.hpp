@@ -1,41 +1,29 @@
 // Geometry of a rigid body: its shapes, and the flat sides on which it can lie on a pad.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <vector>
 
 #include "contact/cells/face.hpp"
 #include "contact/cells/face_cells.hpp"
-#include "geometry/flat_facets.hpp"
 #include "geometry/outline.hpp"
 #include "geometry/shape.hpp"
 
 namespace mjtactile {
 
-// A flat side of a body. It has a frame of its own, whose z axis is the pad's when the body lies on the side.
-struct FlatSide {
-  double rotation[9];    // from the body's frame to the side's, row-major
-  double height;         // of the side in its own frame [m]
+// A flat side of a body.
+struct FlatSide : FacePlane {
   bool endless;          // the side of a half space, which is larger than any sheet
   Outline outline;       // in the side's frame [m]
   Rectangle bounds;      // of the outline [m]; of no use for an endless side
   std::vector<std::uint8_t> shapes;    // for each of the body's shapes: whether a part of the side belongs to it
   std::vector<std::size_t> others;     // shapes, not of the side, that extend to its plane or beyond; when looked at
   bool looked_at = false, usable = false;
-  double most_slope = 0.0;             // largest slope at which this side alone faces the pad [-]
-  double tips_at = std::numeric_limits<double>::infinity();  // slope from which on other sides may touch as well [-]
   std::shared_ptr<const Face> whole;   // the cells of the whole side; null if it is endless
 
   const double* up() const { return rotation + 6; }
-  // Set what a face of this side has of it.
-  void describe(Face& face) const {
-    std::copy(rotation, rotation + 9, face.rotation);
-    face.height = height, face.most_slope = most_slope, face.tips_at = tips_at;
-  }
 };
 
 // Criteria by which flat sides are chosen.
@@ -49,9 +37,7 @@ struct SideLimits {
 // Geometry of all geoms of one body. Sides are computed when they are first used.
 class BodyGeometry {
  public:
-  // `facets`: the flat facets of each shape's mesh; null for shapes without a mesh.
-  BodyGeometry(std::vector<Shape> shapes, const std::vector<const std::vector<Facet>*>& facets,
-               const SideLimits& limits);
+  BodyGeometry(std::vector<Shape> shapes, const SideLimits& limits);
 
   const std::vector<Shape>& shapes() const { return shapes_; }  // in the body's frame
   std::size_t sides() const { return sides_.size(); }

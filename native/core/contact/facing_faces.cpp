@@ -38,17 +38,14 @@ std::shared_ptr<const Face> FacingFaces::towards(const Touch& touch, Placement& 
   for (std::size_t i = 0; i < body.sides(); ++i) {
     const FlatSide& seen = body.outlined(i);
     if (dot(up, seen.up()) < kFacing) continue;
-    Face plane;
-    seen.describe(plane);
+    FacePlane plane = seen;
     plane.most_slope = 1.0;
     if (!place(plane, touch.pose, placement) || std::abs(plane_height(plane, touch.pose, at.x, at.y)) > near ||
         !may_cover(seen, placement)) {
       continue;
     }
     const FlatSide* side = body.side(i);
-    if (side == nullptr) continue;
-    plane.most_slope = side->most_slope;
-    if (!place(plane, touch.pose, placement)) continue;
+    if (side == nullptr || !place(*side, touch.pose, placement)) continue;
     // Another part of the body may press as well, unless it is beside the sheet or deeper than the pad.
     if (std::any_of(side->others.begin(), side->others.end(), [&](std::size_t k) {
           return may_reach(body.shapes()[k], touch.pose, sheet_, -depth_);
@@ -110,7 +107,7 @@ std::shared_ptr<const Face> FacingFaces::make(const FlatSide& whole, const CutPl
   // The squares lie along the side's own axes, or along the sheet's if most of the outline is the sheet's rim.
   auto face = std::make_shared<Face>();
   if (!cutter_.make(outline, cells_, *face, angle)) return nullptr;
-  whole.describe(*face);
+  static_cast<FacePlane&>(*face) = whole;
   face->cut = true;
   return face;
 }

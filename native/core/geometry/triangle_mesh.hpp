@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -34,6 +35,16 @@ struct MeshBox {
   }
 };
 
+// The triangles that lie in one plane, connected or not, in the mesh's frame.
+struct Facet {
+  double normal[3];  // outward unit normal
+  double offset;     // of the plane along its normal [m]
+  // Corners of the outlines [m]. Seen from outside, loops run counter-clockwise around area and clockwise around holes.
+  // No corner lies on the line between its neighbours. Loops may touch each other, and themselves, at corners.
+  std::vector<std::vector<std::array<double, 3>>> loops;
+  double area;       // within the loops, without holes [m^2]
+};
+
 // A rigid triangle mesh in its own frame. It is immutable once made, and shared. Both sides of the triangles of an open
 // mesh count.
 struct TriangleMesh {
@@ -44,6 +55,7 @@ struct TriangleMesh {
   // The triangles around vertex v are rings[ring_starts[v]] to before rings[ring_starts[v + 1]].
   std::vector<std::uint32_t> ring_starts, rings;
   std::vector<NormalBounds> ring_normals;   // of the triangles around each vertex
+  std::vector<Facet> facets;                // on which a body of this mesh can lie; none before flat_facets() finds them
 
   // The vertex at a triangle's corner, and the position of a vertex or of a corner (3) [m].
   std::size_t vertex(std::size_t triangle, std::size_t corner) const {

@@ -29,7 +29,7 @@ void add_quadrature(const Point& middle, const Point& axis, double along, double
   }
 }
 
-bool place(const Face& face, const Pose& pose, Placement& placement) {
+bool place(const FacePlane& face, const Pose& pose, Placement& placement) {
   double turn[9];  // from the face's frame to the pad's: pose.rotation * face.rotation^T
   rotate_from(pose.rotation, face.rotation, turn);
   if (!(turn[8] > 0.0) || std::hypot(turn[6], turn[7]) > face.most_slope * turn[8]) return false;
@@ -60,7 +60,7 @@ void bound_stress(const Face& cells, double strength, double* forces) {
   }
 }
 
-double plane_height(const Face& face, const Pose& pose, double x, double y) {
+double plane_height(const FacePlane& face, const Pose& pose, double x, double y) {
   double normal[3], point[3];
   rotate(pose.rotation, face.rotation + 6, normal);
   for (int i = 0; i < 3; ++i) point[i] = pose.position[i] + normal[i] * face.height;

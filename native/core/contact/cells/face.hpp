@@ -23,13 +23,17 @@ struct CellEdge {
 // Add an edge, unless its ends are equal.
 void add_edge(const CellEdge& edge, std::vector<CellEdge>& edges);
 
-// Contact cells of a flat face. The face's frame is parallel to the pad's when the face lies flat on the pad, except
-// for a rotation about z. Points, edges and hulls are in this frame [m]. Immutable once made, and shared.
-struct Face {
-  double rotation[9];   // from the body's frame to the face's, row-major
-  double height;        // z of the face in its own frame [m]
-  double most_slope;    // largest slope at which the body faces the pad with this face alone [-]
+// The plane of a flat face of a body. The face's frame is parallel to the pad's when the face lies flat on the pad,
+// except for a rotation about z.
+struct FacePlane {
+  double rotation[9] = {};   // from the body's frame to the face's, row-major
+  double height = 0.0;       // z of the face in its own frame [m]
+  double most_slope = 0.0;   // largest slope at which the body faces the pad with this face alone [-]
   double tips_at = std::numeric_limits<double>::infinity();  // slope from which on other faces may touch as well [-]
+};
+
+// Contact cells of a flat face. Points, edges and hulls are in the face's frame [m]. Immutable once made, and shared.
+struct Face : FacePlane {
   std::vector<Point> centroids;
   std::vector<double> areas;             // [m^2]
   std::vector<Point> quadrature;         // four points per cell whose mean integrates quadratic functions, or empty
@@ -49,7 +53,7 @@ struct Face {
 void add_quadrature(const Point& middle, const Point& axis, double along, double across, std::vector<Point>& points);
 
 // Placement of the face's frame on the pad, from the body's pose. False if the body leans by more than most_slope.
-bool place(const Face& face, const Pose& pose, Placement& placement);
+bool place(const FacePlane& face, const Pose& pose, Placement& placement);
 
 // Set `outline` to the edges of a placed face's outline, in the pad frame [m]. The face is on the left of each edge.
 void find_outline(const Face& face, const Placement& placement, std::vector<Segment>& outline);
@@ -59,6 +63,6 @@ void find_outline(const Face& face, const Placement& placement, std::vector<Segm
 void bound_stress(const Face& cells, double strength, double* forces);
 
 // Height of the face's plane over (x, y) [m].
-double plane_height(const Face& face, const Pose& pose, double x, double y);
+double plane_height(const FacePlane& face, const Pose& pose, double x, double y);
 
 }  // namespace mjtactile
