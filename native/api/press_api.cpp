@@ -182,7 +182,8 @@ void press_once(mjt_press& press, std::size_t first, std::size_t last, const dou
     } else if (solved.contact == nullptr) {
       std::fill(nodal, nodal + nodes, 0.0);
     } else if (solved.bent == nullptr) {
-      solved.contact->nodal_forces(*solved.face, press.pad->surface(), solved.forces, press.workspace, nodal);
+      mjtactile::nodal_forces(*solved.face, solved.contact->placement(), press.pad->surface(), solved.forces,
+                              press.workspace.tractions, nodal);
     } else {
       solved.bent->nodal_forces(*solved.face, press.pad->surface(), solved.forces, to.carried, press.bent, nodal);
     }
@@ -308,8 +309,8 @@ size_t mjt_press_parts(mjt_press* press, size_t body, double* nodal_forces) {
     press->unit.assign(parts, 0.0);
     press->unit[p] = 1.0;
     press->basis.part_forces(*solved.face, press->unit, press->forces.data());
-    press->basis.nodal_forces(*solved.face, press->pad->surface(), {press->forces.data()}, press->workspace,
-                              nodal_forces + p * nodes);
+    mjtactile::nodal_forces(*solved.face, press->basis.placement(), press->pad->surface(), {press->forces.data()},
+                            press->workspace.tractions, nodal_forces + p * nodes);
   }
   return parts;
 }

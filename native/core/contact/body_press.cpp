@@ -27,7 +27,7 @@ double borne_by(const CellContact& contact) {
 }  // namespace
 
 Point on_pad(const SolvedCells& solved, const Point& at) {
-  return solved.bent == nullptr ? solved.placement(at) : solved.bent->plane().on_pad(at);
+  return solved.bent == nullptr ? solved.contact->placement()(at) : solved.bent->plane().on_pad(at);
 }
 
 void BodyPress::turn(const Touch& touch) {
@@ -175,7 +175,7 @@ bool BodyPress::find_on_flat(const Touch& touch, SurfaceShear& shear, double* no
   const bool exact = set_forces(touch, shear);
   CellContact::sum(workspace_, cells().cells(), forces_.data(), carried_);
   balance_leans();
-  contact().nodal_forces(cells(), pad_->surface(), on_cells(), workspace_, nodal);
+  nodal_forces(cells(), contact().placement(), pad_->surface(), on_cells(), workspace_.tractions, nodal);
   return exact;
 }
 
@@ -230,7 +230,7 @@ void BodyPress::integrate_shear() {
   const BentCells* bent = is_curved() ? &patch_.bent() : nullptr;
   if (bent != nullptr) bend_ = bent->bend();
   full_.begin(pad_->compliance(),
-              {CellContact::on_surface(cells(), workspace_, bent, bend_), &integrals_, placement()},
+              {CellContact::on_surface(cells(), workspace_, bent, bend_), &integrals_, contact().placement()},
               options_.law->couples() ? &workspace_.matrix : nullptr, workspace_.compliance);
 }
 
@@ -255,7 +255,6 @@ SolvedCells BodyPress::solved(bool coupled) const {
   SolvedCells solved;
   solved.contact = &contact();
   solved.face = &cells();
-  solved.placement = placement();
   if (is_curved()) solved.bent = &patch_.bent();
   solved.carried = carried_;
   if (!whole) solved.view = is_flat_ ? &flat_.view() : &patch_.view();

@@ -26,7 +26,6 @@ namespace mjtactile {
 struct SolvedCells {
   const CellContact* contact = nullptr;
   const Face* face = nullptr;
-  Placement placement = kUnmoved;
   const BentCells* bent = nullptr;         // how the cells lie on a curved pad; null on a flat pad
   const double* carried = nullptr;         // wrench (6) that the cells carry, as Touch::wrench [N, N m]
   // The view from which heights are measured; null for cells of a flat face.
@@ -79,7 +78,6 @@ class BodyPress {
  private:
   bool is_curved() const { return !pad_->outer().is_flat(); }
   ContactSurface surface() const { return {sheet(), pad_->compliance(), options_, plane()}; }
-  Placement placement() const { return is_flat_ ? flat_.placement() : kUnmoved; }
   const double* heights() const { return is_flat_ ? flat_.heights() : patch_.heights().data(); }
   CellForces on_cells() const { return {forces_.data(), leans_.empty() ? nullptr : leans_.data()}; }
   // Whether the cells are those of the face, which is not cut to another one.

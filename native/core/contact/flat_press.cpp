@@ -48,7 +48,6 @@ bool ends_coarsely(const Face& face, const CellContact& contact, std::vector<std
 bool FlatPress::solve(const Face& face, const Placement& placement, const ContactSurface& surface, const double* wrench,
                       CellContact::Workspace& workspace) {
   face_ = &face;
-  placement_ = placement;
   on_part_ = false;
   if (!(wrench[2] < 0.0)) return false;
   const auto press_whole = [&]() {

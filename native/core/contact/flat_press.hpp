@@ -35,13 +35,11 @@ class FlatPress {
   // Plane from which these heights are measured.
   const HeightWindow& view() const { return part_.view(); }
   const Face& face() const { return on_part_ ? part_.face() : *face_; }
-  const Placement& placement() const { return on_part_ ? kUnmoved : placement_; }
   // Whether the body tilts so far that other parts of it may touch as well.
   bool tips_over() const;
 
  private:
   const Face* face_ = nullptr;
-  Placement placement_ = kUnmoved;
   bool on_part_ = false;
   CellContact whole_;
   PatchPress part_;

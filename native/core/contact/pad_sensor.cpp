@@ -308,7 +308,8 @@ Columns<Value> PadSensor::responses_to_parts(const CellContact& contact, const F
     std::fill(unit.begin(), unit.end(), 0.0);
     unit[p] = 1.0;
     contact.part_forces(face, unit, part_forces_.data());
-    contact.nodal_forces(face, pad_->surface(), {part_forces_.data()}, workspace_, forces_.data());
+    mjtactile::nodal_forces(face, contact.placement(), pad_->surface(), {part_forces_.data()}, workspace_.tractions,
+                            forces_.data());
     std::fill(response.begin(), response.end(), Value(0));
     map.add_response(forces_.data(), own.workspace, response.data());
     std::copy(response.begin(), response.end(), twofold.begin());

@@ -65,7 +65,6 @@ double PointPress::peak() const {
 
 void PointPress::nodal_forces(const SurfaceGrid& grid, double* carried, double* nodal) {
   std::fill(carried, carried + 6, 0.0);
-  edges_.clear();
   for (std::size_t i = 0; i < face_.cells(); ++i) {
     const double* force = forces_.data() + 3 * i;
     const Point& at = face_.centroids[i];
@@ -73,14 +72,8 @@ void PointPress::nodal_forces(const SurfaceGrid& grid, double* carried, double* 
     carried[3] += at.y * force[2];
     carried[4] -= at.x * force[2];
     carried[5] += at.x * force[1] - at.y * force[0];
-    for (std::size_t side = 4 * i; side < 4 * i + 4; ++side) {
-      const CellEdge& edge = face_.edges[side];
-      TractionEdge on_pad = {edge.start, edge.end, {}};
-      for (int k = 0; k < 3; ++k) on_pad.traction[k] = force[k] / face_.areas[i];
-      edges_.push_back(on_pad);
-    }
   }
-  grid.traction_forces(edges_.data(), edges_.size(), grid_, nodal);
+  mjtactile::nodal_forces(face_, kUnmoved, grid, {forces_.data()}, work_, nodal);
 }
 
 void PointPress::nodal_forces(const SurfaceGrid& grid, const TangentPlane& plane, double* carried, double* nodal) {
@@ -93,7 +86,7 @@ void PointPress::nodal_forces(const SurfaceGrid& grid, const TangentPlane& plane
     force[2] = std::min((force[2] - along) / (1.0 + slopes[0] * slopes[0] + slopes[1] * slopes[1]), 0.0);
     for (int k = 0; k < 2; ++k) force[k] += slopes[k] * force[2];
   }
-  bent_.nodal_forces(face_, grid, {forces_.data()}, carried, bent_work_, nodal);
+  bent_.nodal_forces(face_, grid, {forces_.data()}, carried, work_, nodal);
 }
 
 }  // namespace mjtactile

@@ -9,7 +9,6 @@
 
 #include "contact/cells/bent_cells.hpp"
 #include "contact/cells/face.hpp"
-#include "influence/surface_grid.hpp"
 
 namespace mjtactile {
 
@@ -50,10 +49,8 @@ class PointPress {
   Face face_ = {};
   std::vector<double> forces_;
   double area_ = 0.0;
-  std::vector<TractionEdge> edges_;
-  SurfaceGrid::Workspace grid_;
   BentCells bent_;
-  BentCells::Workspace bent_work_;
+  BentCells::Workspace work_;
 };
 
 }  // namespace mjtactile

@@ -20,6 +20,9 @@ constexpr double kFlat = 1e-6, kFlatShare = 1e-4;
 constexpr double kSameNormal = 1e-4;
 // Rounding of corners, relative to the mesh's size: four units of single precision.
 constexpr double kRounding = 4.8e-7;
+// Largest number of facets, and least share of the mesh's surface that one has.
+constexpr std::size_t kMost = 64;
+constexpr double kLeastShare = 2e-3;
 // Size of a cell in the space of planes, in tolerances. Equal planes are in the same or neighbouring cells.
 constexpr double kCell = 4.0;
 
@@ -134,11 +137,11 @@ class FacetFinder {
     grow();
   }
 
-  std::vector<Facet> facets(double gap, std::size_t most, double least_share) {
+  std::vector<Facet> facets(double gap) {
     std::vector<Facet> found;
     std::vector<std::uint32_t> owner(count_, 0);
     std::uint32_t number = 0;
-    for (auto& [plane, members] : coplanar(least_share * surface_)) {
+    for (auto& [plane, members] : coplanar(kLeastShare * surface_)) {
       if (!is_flat(plane, members)) continue;
       fill_up(plane, members, owner, ++number);
       for (const double side : {1.0, -1.0}) {
@@ -151,7 +154,7 @@ class FacetFinder {
       }
     }
     std::stable_sort(found.begin(), found.end(), [](const Facet& a, const Facet& b) { return a.area > b.area; });
-    if (found.size() > most) found.resize(most);
+    if (found.size() > kMost) found.resize(kMost);
     return found;
   }
 
@@ -465,9 +468,9 @@ class FacetFinder {
 
 }  // namespace
 
-std::vector<Facet> flat_facets(const TriangleMesh& mesh, double gap, std::size_t most, double least_share) {
+std::vector<Facet> flat_facets(const TriangleMesh& mesh, double gap) {
   if (mesh.boxes.empty()) return {};
-  return FacetFinder(mesh).facets(gap, most, least_share);
+  return FacetFinder(mesh).facets(gap);
 }
 
 }  // namespace mjtactile

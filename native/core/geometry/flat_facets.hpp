@@ -8,9 +8,8 @@
 namespace mjtactile {
 
 // The largest flat facets on which a mesh can lie, by falling area. No part of the mesh reaches beyond the plane of a
-// facet by more than `gap` [m]. At most `most` facets are returned, each with at least the fraction `least_share` of
-// the mesh's surface. Triangles lie in one plane if they agree to 1 um or 1e-4 of the mesh's size, whichever is less,
-// and to 1e-4 rad. Both sides of an open mesh count.
-std::vector<Facet> flat_facets(const TriangleMesh& mesh, double gap, std::size_t most = 64, double least_share = 2e-3);
+// facet by more than `gap` [m]. Triangles lie in one plane if they agree to 1 um or 1e-4 of the mesh's size, whichever is
+// less, and to 1e-4 rad. Both sides of an open mesh count.
+std::vector<Facet> flat_facets(const TriangleMesh& mesh, double gap);
 
 }  // namespace mjtactile

@@ -13,9 +13,7 @@
 
 #include "contact/cells/compliance.hpp"
 #include "contact/cells/face.hpp"
-#include "contact/cells/lean.hpp"
 #include "geometry/tangent_plane.hpp"
-#include "influence/surface_grid.hpp"
 
 namespace mjtactile {
 
@@ -26,10 +24,8 @@ class BentCells {
     double arm[3], weight;   // position from the plane's origin, pad frame [m]; size of the force along N [N]
   };
   // Memory that the caller keeps between calls.
-  struct Workspace {
-    SurfaceGrid::Workspace grid;
-    std::vector<TractionEdge> edges;
-    std::vector<double> tractions, areas;
+  struct Workspace : TractionWork {
+    std::vector<double> areas;
     std::vector<LoadedNode> nodes;
   };
 

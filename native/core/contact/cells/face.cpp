@@ -60,6 +60,24 @@ void bound_stress(const Face& cells, double strength, double* forces) {
   }
 }
 
+void nodal_forces(const Face& face, const Placement& placement, const SurfaceGrid& grid, const CellForces& forces,
+                  TractionWork& work, double* nodal) {
+  work.tractions.resize(3 * face.cells());
+  for (std::size_t i = 0; i < face.cells(); ++i) {
+    double* traction = work.tractions.data() + 3 * i;
+    forces.at(i, traction);
+    for (std::size_t k = 0; k < 3; ++k) traction[k] /= face.areas[i];
+  }
+  work.edges.clear();
+  for (const CellEdge& edge : face.edges) {
+    TractionEdge on_pad;
+    if (!edge.step(work.tractions, on_pad.traction)) continue;
+    on_pad.start = placement(edge.start), on_pad.end = placement(edge.end);
+    work.edges.push_back(on_pad);
+  }
+  grid.traction_forces(work.edges.data(), work.edges.size(), work.grid, nodal);
+}
+
 double plane_height(const FacePlane& face, const Pose& pose, double x, double y) {
   double normal[3], point[3];
   rotate(pose.rotation, face.rotation + 6, normal);

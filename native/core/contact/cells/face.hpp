@@ -6,7 +6,9 @@
 #include <limits>
 #include <vector>
 
+#include "contact/cells/lean.hpp"
 #include "geometry/pose.hpp"
+#include "influence/surface_grid.hpp"
 
 namespace mjtactile {
 
@@ -61,6 +63,17 @@ void find_outline(const Face& face, const Placement& placement, std::vector<Segm
 // Bound the forces (cells, 3) [N] so that sqrt(p^2 + 3 t^2) of pressure p and shear t does not exceed the strength [Pa]
 // on any cell. Shear beyond that is left out. 0: no bound.
 void bound_stress(const Face& cells, double strength, double* forces);
+
+// Memory for nodal forces that the caller keeps between calls.
+struct TractionWork {
+  SurfaceGrid::Workspace grid;
+  std::vector<TractionEdge> edges;
+  std::vector<double> tractions;
+};
+
+// Compute the nodal forces (nodes y, nodes x, 3) [N] that are equivalent to forces on the cells of a placed face.
+void nodal_forces(const Face& face, const Placement& placement, const SurfaceGrid& grid, const CellForces& forces,
+                  TractionWork& work, double* nodal);
 
 // Height of the face's plane over (x, y) [m].
 double plane_height(const FacePlane& face, const Pose& pose, double x, double y);

@@ -432,23 +432,4 @@ void CellContact::part_forces(const Face& face, const std::vector<double>& weigh
   }
 }
 
-void CellContact::nodal_forces(const Face& face, const SurfaceGrid& grid, const CellForces& forces,
-                               Workspace& workspace, double* nodal) const {
-  const std::size_t cells = face.cells();
-  workspace.tractions.resize(3 * cells);
-  for (std::size_t i = 0; i < cells; ++i) {
-    double* traction = workspace.tractions.data() + 3 * i;
-    forces.at(i, traction);
-    for (std::size_t k = 0; k < 3; ++k) traction[k] /= face.areas[i];
-  }
-  workspace.edges.clear();
-  for (const CellEdge& edge : face.edges) {
-    TractionEdge on_pad;
-    if (!edge.step(workspace.tractions, on_pad.traction)) continue;
-    on_pad.start = placement_(edge.start), on_pad.end = placement_(edge.end);
-    workspace.edges.push_back(on_pad);
-  }
-  grid.traction_forces(workspace.edges.data(), workspace.edges.size(), workspace.grid, nodal);
-}
-
 }  // namespace mjtactile

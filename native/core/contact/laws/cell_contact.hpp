@@ -8,7 +8,6 @@
 #include "contact/cells/bent_cells.hpp"
 #include "contact/laws/contact_law.hpp"
 #include "contact/laws/surface_shear.hpp"
-#include "influence/surface_grid.hpp"
 
 namespace mjtactile {
 
@@ -52,10 +51,9 @@ class CellContact {
  public:
   struct Workspace {
     SurfaceCompliance::Workspace compliance;
-    SurfaceGrid::Workspace grid;
+    TractionWork tractions;
     Matrix matrix;   // compliance between the cells that were placed last
-    std::vector<double> placed, quadrature, modes, forces, tractions, most;
-    std::vector<TractionEdge> edges;
+    std::vector<double> placed, quadrature, modes, forces, most;
     std::vector<std::size_t> order;
     std::vector<Point> points;
   };
@@ -80,9 +78,6 @@ class CellContact {
   PressedCells pressed_cells(const Face& face, const double* heights, Workspace& workspace) const;
   // Wrench (6), about the pad's origin [N, N m], of forces on the cells (cells, 3) [N].
   static void sum(const Workspace& workspace, std::size_t cells, const double* forces, double* carried);
-  // Nodal forces (nodes y, nodes x, 3) [N] that are equivalent to forces on the cells.
-  void nodal_forces(const Face& face, const SurfaceGrid& grid, const CellForces& forces, Workspace& workspace,
-                    double* nodal) const;
 
   // Make the parts of a linear contact on a flat face, for weights() and part_forces(). False if that fails.
   bool make_parts(const Face& face, const ContactLaw& law, Workspace& workspace);
@@ -98,6 +93,7 @@ class CellContact {
   // Wrench (6) that the parts carry when the given one is wanted [N, N m].
   void carried(const Face& face, const double* wrench, double* carried) const;
 
+  const Placement& placement() const { return placement_; }
   const std::vector<std::uint8_t>& pressed() const { return found_.pressed; }
   double pressed_area() const { return pressed_area_; }  // [m^2]
   double pressed_with() const { return force_; }         // pressing force [N]
@@ -141,7 +137,7 @@ class CellContact {
   void measure(const Face& face, const ContactLaw& law, const Matrix& between, const double* heights);
   std::size_t motions() const { return tilting_ ? 3 : 1; }
 
-  Placement placement_;
+  Placement placement_ = kUnmoved;
   std::vector<Point> points_;     // of the cells, from their middle, over the face's length; pad axes
   Point centre_ = {0.0, 0.0};     // middle of the cells in the pad frame [m]
   Row on_row_;
