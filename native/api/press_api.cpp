@@ -67,7 +67,7 @@ struct mjt_press {
   std::shared_ptr<const Face> basis_face;
   CellContact::Workspace workspace;
   BentCells::Workspace bent;
-  std::vector<double> forces, unit;
+  std::vector<double> forces;
 };
 
 namespace {
@@ -216,7 +216,7 @@ mjt_press* mjt_press_new(const mjt_pad* pad, const char* law, const char* tangen
   options.any_torsion = true;
   // Footprints have no body geometry: their lowest part is known, so that the facing gap is 0, and no pose is rounded.
   auto* made =
-      new mjt_press{pad->pad, options, PadSensor(pad->pad, options, 0.0, 1e-6), {}, {}, {}, {}, {}, {}, {}, {}, {}};
+      new mjt_press{pad->pad, options, PadSensor(pad->pad, options, 0.0, 1e-6), {}, {}, {}, {}, {}, {}, {}, {}};
   made->sensor.keep_nodal_forces(true, true);
   made->sensor.set_patience(kPatience);
   return made;
@@ -306,9 +306,7 @@ size_t mjt_press_parts(mjt_press* press, size_t body, double* nodal_forces) {
   press->basis_face = press->touches[body].face;
   press->forces.resize(3 * solved.face->cells());
   for (size_t p = 0; p < parts; ++p) {
-    press->unit.assign(parts, 0.0);
-    press->unit[p] = 1.0;
-    press->basis.part_forces(*solved.face, press->unit, press->forces.data());
+    press->basis.part_forces(*solved.face, p, press->forces.data());
     mjtactile::nodal_forces(*solved.face, press->basis.placement(), press->pad->surface(), {press->forces.data()},
                             press->workspace.tractions, nodal_forces + p * nodes);
   }

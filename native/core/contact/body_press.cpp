@@ -139,15 +139,13 @@ bool BodyPress::solve_over(const HeightMap& map, const Touch& touch, double floo
 }
 
 void BodyPress::sink(const BodyPress& other, SurfaceCompliance::Workspace& workspace) {
-  const auto on_surface = [this](const BodyPress& one, const Bend& bend) {
-    const double* points = is_curved() ? one.patch_.bent().on_pad().data() : one.workspace_.placed.data();
-    return SurfaceCells{one.cells().cells(), points, 1, one.cells().areas.data(), nullptr,
-                        is_curved() ? &bend : nullptr};
+  const auto on_surface = [](const BodyPress& one) {
+    const BentCells* bent = one.bent();
+    const double* points = bent == nullptr ? one.workspace_.placed.data() : bent->on_pad().data();
+    return SurfaceCells{one.cells().cells(), points, 1, one.cells().areas.data(), nullptr, bend_of(bent)};
   };
-  const Bend bent = is_curved() ? patch_.bent().bend() : Bend{};
-  const Bend pressed = is_curved() ? other.patch_.bent().bend() : Bend{};
-  pad_->compliance().add_sinking(on_surface(*this, bent), on_surface(other, pressed), other.contact().normal().data(),
-                                 workspace, sunk_.data());
+  pad_->compliance().add_sinking(on_surface(*this), on_surface(other), other.contact().normal().data(), workspace,
+                                 sunk_.data());
 }
 
 double BodyPress::press_again(const Touch& touch) {
@@ -227,10 +225,8 @@ void BodyPress::integrate_shear() {
     }
   }
   sheared_ = whole ? face_ : nullptr;
-  const BentCells* bent = is_curved() ? &patch_.bent() : nullptr;
-  if (bent != nullptr) bend_ = bent->bend();
   full_.begin(pad_->compliance(),
-              {CellContact::on_surface(cells(), workspace_, bent, bend_), &integrals_, contact().placement()},
+              {CellContact::on_surface(cells(), workspace_, bent()), &integrals_, contact().placement()},
               options_.law->couples() ? &workspace_.matrix : nullptr, workspace_.compliance);
 }
 
@@ -255,7 +251,7 @@ SolvedCells BodyPress::solved(bool coupled) const {
   SolvedCells solved;
   solved.contact = &contact();
   solved.face = &cells();
-  if (is_curved()) solved.bent = &patch_.bent();
+  solved.bent = bent();
   solved.carried = carried_;
   if (!whole) solved.view = is_flat_ ? &flat_.view() : &patch_.view();
   solved.heights = heights();

@@ -78,6 +78,8 @@ class BodyPress {
  private:
   bool is_curved() const { return !pad_->outer().is_flat(); }
   ContactSurface surface() const { return {sheet(), pad_->compliance(), options_, plane()}; }
+  // How the cells lie on a curved pad; null on a flat one.
+  const BentCells* bent() const { return is_curved() ? &patch_.bent() : nullptr; }
   const double* heights() const { return is_flat_ ? flat_.heights() : patch_.heights().data(); }
   CellForces on_cells() const { return {forces_.data(), leans_.empty() ? nullptr : leans_.data()}; }
   // Whether the cells are those of the face, which is not cut to another one.
@@ -118,7 +120,6 @@ class BodyPress {
   TurnedMap turned_;
   Touch here_;
   BentCells::Workspace bending_;
-  Bend bend_ = {};                         // of the cells, to which full_ refers
 };
 
 }  // namespace mjtactile

@@ -302,12 +302,10 @@ Columns<Value> PadSensor::responses_to_parts(const CellContact& contact, const F
   const Precision stored = pad_->precision() == Precision::byte ? Precision::half : pad_->precision();
   Columns<Value> responses(contact.parts(), map.response_size, stored);
   std::vector<Value> response(map.response_size);
-  std::vector<double> unit(contact.parts()), twofold(map.response_size);
+  std::vector<double> twofold(map.response_size);
   part_forces_.resize(3 * face.cells());
   for (std::size_t p = 0; p < contact.parts(); ++p) {
-    std::fill(unit.begin(), unit.end(), 0.0);
-    unit[p] = 1.0;
-    contact.part_forces(face, unit, part_forces_.data());
+    contact.part_forces(face, p, part_forces_.data());
     mjtactile::nodal_forces(face, contact.placement(), pad_->surface(), {part_forces_.data()}, workspace_.tractions,
                             forces_.data());
     std::fill(response.begin(), response.end(), Value(0));

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "contact/cells/compliance.hpp"
@@ -67,5 +68,10 @@ class BentCells {
   std::vector<double> on_pad_, quadrature_, positions_, levers_, slopes_, stretches_;
   std::vector<double> seen_;   // positions in the plane's frame (3, cells) [m]
 };
+
+// How cells lie on a curved surface; none if `bent` is null, on a flat one.
+inline std::optional<Bend> bend_of(const BentCells* bent) {
+  return bent == nullptr ? std::nullopt : std::optional(bent->bend());
+}
 
 }  // namespace mjtactile

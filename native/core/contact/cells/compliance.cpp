@@ -161,7 +161,7 @@ void SurfaceCompliance::add_remainder(const double* remainder, std::size_t strid
 
 void SurfaceCompliance::normal(const SurfaceCells& cells, Workspace& workspace, Matrix& compliance) const {
   const std::size_t count = cells.count;
-  const Bend* bend = cells.bend;
+  const std::optional<Bend>& bend = cells.bend;
   prepare(cells, workspace);
   compliance.resize(count, count);
   const std::vector<double>& inverse_areas = workspace.inverse_areas;
@@ -170,10 +170,10 @@ void SurfaceCompliance::normal(const SurfaceCells& cells, Workspace& workspace, 
     const double* near = cells.inverse_distance + i * count;
     double* row = compliance[i];
     for (std::size_t j = i; j < count; ++j) row[j] = own * near[j] * inverse_areas[j];
-    if (bend != nullptr) bend->scale_to_surface_distances(i, i, count, row);
+    if (bend) bend->scale_to_surface_distances(i, i, count, row);
   }
   add_remainder(remainder_.data(), remainder_.stride(), true, workspace, compliance.data(), compliance.stride());
-  for (std::size_t i = 0; bend != nullptr && i < count; ++i) {
+  for (std::size_t i = 0; bend && i < count; ++i) {
     for (std::size_t j = i; j < count; ++j) compliance[i][j] *= bend->stretches[i] * bend->stretches[j];
   }
   mirror_upper(compliance);
@@ -186,7 +186,7 @@ const double* SurfaceCompliance::per_areas(const SurfaceCells& cells, std::size_
   row.resize(cells.count);
   const double own = factor_ * workspace.inverse_areas[cell];
   for (std::size_t j = 0; j < cells.count; ++j) row[j] = own * workspace.inverse_areas[j];
-  if (cells.bend != nullptr) cells.bend->scale_to_surface_distances(cell, 0, cells.count, row.data());
+  if (cells.bend) cells.bend->scale_to_surface_distances(cell, 0, cells.count, row.data());
   return row.data();
 }
 
@@ -215,7 +215,7 @@ void SurfaceCompliance::set_normal_rows(const ShearedCells& sheared, const Matri
     add_remainder(full_remainder_[b * splines()] + 2 * splines(), full_remainder_.stride(), false, workspace,
                   compliance[2 * count] + b * count, compliance.stride());
   }
-  for (std::size_t i = 0; cells.bend != nullptr && i < count; ++i) {
+  for (std::size_t i = 0; cells.bend && i < count; ++i) {
     double* row = compliance[2 * count + i];
     for (std::size_t j = 0; j < 2 * count; ++j) row[j] *= cells.bend->stretches[i];
   }
@@ -281,7 +281,7 @@ void SurfaceCompliance::add_sinking(const SurfaceCells& cells, const SurfaceCell
     }
   };
   const auto along_plane = [&](std::size_t j) {
-    return pressed.bend == nullptr ? forces[j] : forces[j] * pressed.bend->stretches[j];
+    return pressed.bend ? forces[j] * pressed.bend->stretches[j] : forces[j];
   };
   for (std::size_t j = 0; j < pressed.count; ++j) {
     const double force = along_plane(j);
@@ -291,18 +291,18 @@ void SurfaceCompliance::add_sinking(const SurfaceCells& cells, const SurfaceCell
   for (std::size_t p = 0; p < splines(); ++p) {
     workspace.smooth[p] = dot(remainder_[p], workspace.coefficients.data(), splines());
   }
-  const Bend* bent = cells.bend;
+  const std::optional<Bend>& bent = cells.bend;
   for (std::size_t i = 0; i < cells.count; ++i) {
     const double* at = cells.points + 2 * i;
     double sum = 0.0;
     for (std::size_t j = 0; j < pressed.count; ++j) {
       const double x = at[0] - pressed.points[2 * j], y = at[1] - pressed.points[2 * j + 1];
-      const double z = bent == nullptr ? 0.0 : bent->positions[3 * i + 2] - pressed.bend->positions[3 * j + 2];
+      const double z = bent ? bent->positions[3 * i + 2] - pressed.bend->positions[3 * j + 2] : 0.0;
       sum += along_plane(j) / std::sqrt(x * x + y * y + z * z + pressed.areas[j] / (own * own));
     }
     double sinks = factor_ * sum;
     over_splines(at, [&](std::size_t p, double value) { sinks += value * workspace.smooth[p]; });
-    sunk[i] += bent == nullptr ? sinks : sinks * bent->stretches[i];
+    sunk[i] += bent ? sinks * bent->stretches[i] : sinks;
   }
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "contact/cells/tangential.hpp"
@@ -50,14 +51,14 @@ struct Bend {
   void scale_to_surface_distances(std::size_t cell, std::size_t first, std::size_t last, double* row) const;
 };
 
-// What the compliance needs of contact cells. `bend`: how they lie on a curved surface; null on a flat one.
+// What the compliance needs of contact cells. `bend`: how they lie on a curved surface; none on a flat one.
 struct SurfaceCells {
   std::size_t count;
   const double* points;             // (cells, per_cell, 2) [m]; the remainder is averaged over the points of a cell
   std::size_t per_cell;
   const double* areas;              // [m^2]
   const double* inverse_distance;   // integrals of 1/r over pairs of cells [m^3], (cells, cells); null where unknown
-  const Bend* bend;
+  std::optional<Bend> bend;
 };
 
 // Normal compliance of one pad's surface between any contact cells.

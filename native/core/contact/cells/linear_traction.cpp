@@ -16,17 +16,8 @@ constexpr double kShapes[3][3] = {{0.0, -0.5, 0.5}, {1.0, 0.0, -1.0}, {0.0, 0.5,
 // Integrals of xi^a over [-1, 1].
 constexpr double kWhole[kPowers] = {2.0, 0.0, 2.0 / 3.0, 0.0};
 
-struct Gauss {
-  double nodes[kNodes], weights[kNodes];
-  Gauss() {
-    const double inner = std::sqrt(3.0 / 7.0 - 2.0 / 7.0 * std::sqrt(1.2));
-    const double outer = std::sqrt(3.0 / 7.0 + 2.0 / 7.0 * std::sqrt(1.2));
-    const double more = (18.0 + std::sqrt(30.0)) / 72.0, less = (18.0 - std::sqrt(30.0)) / 72.0;
-    const double at[kNodes] = {-outer, -inner, inner, outer}, weight[kNodes] = {less, more, more, less};
-    for (int i = 0; i < kNodes; ++i) nodes[i] = 0.5 + 0.5 * at[i], weights[i] = weight[i];
-  }
-};
-const Gauss kGauss;
+constexpr double kPlaces[kNodes] = {0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262};
+constexpr double kWeights[kNodes] = {0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692};
 
 }  // namespace
 
@@ -165,8 +156,8 @@ void LinearTraction::add_piece(const SurfaceGrid& grid, const double* start, con
   double* own = own_.data() + place * kOwn;
   double* passing = passing_.data() + place * kPowers;
   for (int g = 0; g < kNodes; ++g) {
-    const double x = start[0] + kGauss.nodes[g] * (end[0] - start[0]);
-    const double y = start[1] + kGauss.nodes[g] * (end[1] - start[1]);
+    const double x = start[0] + kPlaces[g] * (end[0] - start[0]);
+    const double y = start[1] + kPlaces[g] * (end[1] - start[1]);
     const double xi = std::min(1.0, std::max(-1.0, (x - grid.x()[column]) / half_x - 1.0));
     const double eta = (y - grid.y()[row]) * per_y - 1.0;
     // Integrals of xi^a from the element's left boundary.
@@ -174,7 +165,7 @@ void LinearTraction::add_piece(const SurfaceGrid& grid, const double* start, con
     for (std::size_t a = 0; a < kPowers; ++a, power *= xi, sign = -sign) {
       left[a] = half_x * (power - sign) / static_cast<double>(a + 1);
     }
-    double weight = (end[1] - start[1]) * kGauss.weights[g];
+    double weight = (end[1] - start[1]) * kWeights[g];
     for (std::size_t b = 0; b < kPowers; ++b, weight *= eta) {
       passing[b] += weight;
       for (std::size_t a = 0; a < kPowers; ++a) own[b * kPowers + a] += weight * left[a];

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "linalg/kernels.hpp"
-
 namespace mjtactile {
 namespace {
 
@@ -52,7 +50,7 @@ struct PairCorners {
   static constexpr std::size_t count = 16;
 
   PairCorners(const CellRectangle& a, const CellRectangle& b, const SharedAxes& axes) {
-    const double dx = a.middle.x - b.middle.x, dy = a.middle.y - b.middle.y;
+    const double dx = a.x - b.x, dy = a.y - b.y;
     const double away = axes.cosine * dx + axes.sine * dy, aside = axes.cosine * dy - axes.sine * dx;
     const double sums[2] = {(a.sides[0] + axes.sides[0]) / 2, (a.sides[1] + axes.sides[1]) / 2};
     const double differences[2] = {(a.sides[0] - axes.sides[0]) / 2, (a.sides[1] - axes.sides[1]) / 2};
@@ -113,8 +111,8 @@ struct Parts {
         const double u = from[0] + i * step[0];
         for (int j = 0; j < along[1]; ++j) {
           const double v = from[1] + j * step[1];
-          x[k][counts[k]] = one.middle.x + one.cosine * u - one.sine * v;
-          y[k][counts[k]++] = one.middle.y + one.sine * u + one.cosine * v;
+          x[k][counts[k]] = one.x + one.cosine * u - one.sine * v;
+          y[k][counts[k]++] = one.y + one.sine * u + one.cosine * v;
         }
       }
       size = std::max(size, step[0] * step[1]);
@@ -146,17 +144,18 @@ PairShear near_shear(const CellRectangle& a, const CellRectangle& b) {
 
 }  // namespace
 
-CellRectangle::CellRectangle(const Point& at, double c, double s, const double* lengths)
-    : middle(at), cosine(c), sine(s), sides{lengths[0], lengths[1]}, area(lengths[0] * lengths[1]),
-      near_radius(kFar * std::sqrt(lengths[0] * lengths[0] + lengths[1] * lengths[1]) / 2) {
+CellRectangle::CellRectangle(const Point& middle, double c, double s, const double* lengths)
+    : RectangleNumbers{}, cosine(c), sine(s), sides{lengths[0], lengths[1]} {
   const double u = sides[0] * sides[0] / 12, v = sides[1] * sides[1] / 12;
+  x = middle.x, y = middle.y, area = sides[0] * sides[1];
+  near_radius = kFar * std::sqrt(sides[0] * sides[0] + sides[1] * sides[1]) / 2;
   xx = c * c * u + s * s * v;
   yy = s * s * u + c * c * v;
   xy = c * s * (u - v);
 }
 
 bool are_far(const CellRectangle& a, const CellRectangle& b) {
-  const double x = b.middle.x - a.middle.x, y = b.middle.y - a.middle.y, near = a.near_radius + b.near_radius;
+  const double x = b.x - a.x, y = b.y - a.y, near = a.near_radius + b.near_radius;
   return x * x + y * y > near * near;
 }
 
@@ -165,7 +164,7 @@ void FarIntegrals::fit(const std::vector<CellRectangle>& kept) {
   rows_.resize(7 * count_);
   double* to = rows_.data();
   for (const CellRectangle& one : kept) {
-    const double numbers[7] = {one.middle.x, one.middle.y, one.xx, one.xy, one.yy, one.area, one.near_radius};
+    const double numbers[7] = {one.x, one.y, one.xx, one.xy, one.yy, one.area, one.near_radius};
     for (std::size_t k = 0; k < 7; ++k) to[k * count_] = numbers[k];
     ++to;
   }
@@ -174,8 +173,7 @@ void FarIntegrals::fit(const std::vector<CellRectangle>& kept) {
 void FarIntegrals::of(const CellRectangle& own, std::size_t first, double* values) const {
   const double* rows[7];
   for (std::size_t k = 0; k < 7; ++k) rows[k] = rows_.data() + k * count_ + first;
-  kernels().integrate_far({own.middle.x, own.middle.y, own.xx, own.xy, own.yy, own.area, own.near_radius},
-                          {rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6]}, count_ - first, values);
+  kernels().integrate_far(own, {rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6]}, count_ - first, values);
 }
 
 double near_inverse_distance(const CellRectangle& a, const CellRectangle& b) {
@@ -218,8 +216,8 @@ void find_by_offset(std::size_t columns, std::size_t rows, double width, double 
   far.of(cells[0], 0, table.data());
   for (std::size_t row = 0; row < rows; ++row) {
     for (std::size_t column = 0; column < columns; ++column) {
-      const Point& middle = cells[row * columns + column].middle;
-      if (middle.x * middle.x + middle.y * middle.y > away * away) continue;
+      const CellRectangle& cell = cells[row * columns + column];
+      if (cell.x * cell.x + cell.y * cell.y > away * away) continue;
       double& entry = table[row * columns + column];
       entry = 0.0;
       for (std::size_t i = 0; i < 3; ++i) {

@@ -5,19 +5,16 @@
 #include <vector>
 
 #include "geometry/polygon.hpp"
+#include "linalg/kernels.hpp"
 
 namespace mjtactile {
 
 // A rectangle turned by an angle, with its moments for integrals with distant rectangles.
-struct CellRectangle {
+struct CellRectangle : RectangleNumbers {
   // `cosine`, `sine`: of the angle; `sides` (2): lengths along and across it [m].
   CellRectangle(const Point& middle, double cosine, double sine, const double* sides);
 
-  Point middle;
   double cosine, sine, sides[2];
-  // Area [m^2]; two rectangles are far apart if their distance is above the sum of their `near_radius` [m].
-  double area, near_radius;
-  double xx, xy, yy;     // second moments about the middle, over the area [m^2]
 };
 
 // Integral of 1/r over a pair of rectangles that are not far apart [m^3]. It is in closed form if their sides are

@@ -90,17 +90,15 @@ void CellContact::place(const Face& face, const Placement& placement, const Cont
     workspace.quadrature.insert(workspace.quadrature.end(), {at.x, at.y});
   }
   found_.contact.forget();
-  const Bend bend = bent != nullptr ? bent->bend() : Bend{};
-  surface.compliance.normal(on_surface(face, workspace, bent, bend), workspace.compliance, workspace.matrix);
+  surface.compliance.normal(on_surface(face, workspace, bent), workspace.compliance, workspace.matrix);
 }
 
-SurfaceCells CellContact::on_surface(const Face& face, const Workspace& workspace, const BentCells* bent,
-                                     const Bend& bend) {
+SurfaceCells CellContact::on_surface(const Face& face, const Workspace& workspace, const BentCells* bent) {
   const std::vector<double>& middles = bent == nullptr ? workspace.placed : bent->on_pad();
   const std::vector<double>& quadrature = bent == nullptr ? workspace.quadrature : bent->quadrature();
   const bool spread = !quadrature.empty();
   return {face.cells(), (spread ? quadrature : middles).data(), spread ? quadrature.size() / (2 * face.cells()) : 1,
-          face.areas.data(), face.inverse_distance.data(), bent == nullptr ? nullptr : &bend};
+          face.areas.data(), face.inverse_distance.data(), bend_of(bent)};
 }
 
 void CellContact::press(const Face& face, const ContactSurface& surface, const PressedBody& body,
@@ -413,21 +411,17 @@ bool CellContact::weights(const Face& face, const LawOptions& options, const dou
   return true;
 }
 
-void CellContact::part_forces(const Face& face, const std::vector<double>& weights, double* forces) const {
+void CellContact::part_forces(const Face& face, std::size_t part, double* forces) const {
   const std::size_t pressures = motions();
-  for (std::size_t i = 0; i < face.cells(); ++i) {
-    double modes[2][3];
-    shear_modes(points_[i], modes);
-    double* force = forces + 3 * i;
-    force[0] = force[1] = force[2] = 0.0;
-    for (std::size_t n = 0; n < pressures; ++n) {
-      const double pressing = found_.contact.map_forces()[i][n];
-      force[2] -= weights[n] * pressing;
-      for (std::size_t j = 0; j < 3; ++j) {
-        const double share = weights[pressures + pressures * j + n] * pressing;
-        force[0] += share * modes[0][j];
-        force[1] += share * modes[1][j];
-      }
+  for (std::size_t i = 0; i < face.cells(); ++i, forces += 3) {
+    const double pressing = found_.contact.map_forces()[i][part % pressures];
+    std::fill(forces, forces + 3, 0.0);
+    if (part < pressures) {
+      forces[2] = -pressing;
+    } else {
+      double modes[2][3];
+      shear_modes(points_[i], modes);
+      for (std::size_t k = 0; k < 2; ++k) forces[k] = pressing * modes[k][part / pressures - 1];
     }
   }
 }

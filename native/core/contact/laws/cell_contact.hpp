@@ -62,8 +62,8 @@ class CellContact {
   // a flat pad.
   void place(const Face& face, const Placement& placement, const ContactSurface& surface, Workspace& workspace,
              const BentCells* bent = nullptr);
-  // The cells on the pad, since place(). `bend`: that of `bent`.
-  static SurfaceCells on_surface(const Face& face, const Workspace& workspace, const BentCells* bent, const Bend& bend);
+  // The cells on the pad, since place().
+  static SurfaceCells on_surface(const Face& face, const Workspace& workspace, const BentCells* bent);
   // Find the pressed cells. If no contact is found, or none that keeps to the pad's strength, the cells nearest to the
   // force's line of action carry it, and exact() is false.
   void press(const Face& face, const ContactSurface& surface, const PressedBody& body, Workspace& workspace);
@@ -88,8 +88,8 @@ class CellContact {
   // Number of parts of a load on a flat face: one pressure per resultant, and three shears for each pressure, which are
   // the pressure times a unit motion along the surface.
   std::size_t parts() const { return 4 * motions(); }
-  // Forces on the cells (cells, 3) [N] of the weighted sum of the parts.
-  void part_forces(const Face& face, const std::vector<double>& weights, double* forces) const;
+  // Forces on the cells (cells, 3) [N] of one part.
+  void part_forces(const Face& face, std::size_t part, double* forces) const;
   // Wrench (6) that the parts carry when the given one is wanted [N, N m].
   void carried(const Face& face, const double* wrench, double* carried) const;
 
