@@ -26,7 +26,6 @@ constexpr double kNear = 0.8;
 
 }  // namespace
 
-// The flat face with which a body faces the pad, cut at the sheet's edge, and its placement. Null if there is none.
 std::shared_ptr<const Face> FacingFaces::towards(const Touch& touch, Placement& placement) {
   if (touch.face != nullptr) placement = touch.placement;
   if (touch.face != nullptr || touch.geometry == nullptr) return touch.face;

@@ -159,7 +159,6 @@ void PatchFace::set_heights(const HeightWindow& view) {
     lattices_.set_number(cell.lattice, cell.place, stays ? static_cast<std::int32_t>(kept) : SampledLattices::kNone);
     if (!stays) continue;
     cells_[kept] = cell, goes_on_[kept] = goes_on_[i], face_.centroids[kept] = face_.centroids[i];
-    face_.areas.push_back(cell.sides[0] * cell.sides[1]);
     heights_.push_back(height);
     gradients_.push_back(gradient);
     ++kept;
@@ -314,8 +313,8 @@ void PatchFace::finish(const Rectangle& sheet, double resolution) {
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     Cell& cell = cells_[i];
     if (!cell.whole) keep_on(sheet, face_.centroids[i], cell);
-    face_.areas[i] = cell.sides[0] * cell.sides[1];
-    area += face_.areas[i];
+    face_.areas.push_back(cell.sides[0] * cell.sides[1]);
+    area += face_.areas.back();
   }
   face_.length = std::sqrt(area);
   face_.hull = convex_hull(outermost());

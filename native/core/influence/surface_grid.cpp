@@ -35,7 +35,12 @@ void SurfaceGrid::traction_forces(const TractionEdge* edges, std::size_t count, 
   workspace.last.assign(rows, 0);
   workspace.reference_column = count > 0 ? element(x_, edges[0].start.x) : columns;
   set_reference(count > 0 ? edges[0].start.x : x_.front(), workspace);
-  for (std::size_t i = 0; i < count; ++i) add_edge(edges[i], workspace);
+  for (std::size_t i = 0; i < count; ++i) {
+    visit_pieces(x_, y_, edges[i].start, edges[i].end,
+                 [&](const double* start, const double* end, std::size_t column, std::size_t row) {
+                   add_piece(start, end, edges[i].traction, column, row, workspace);
+                 });
+  }
   sum_elements(workspace, forces);
 }
 
@@ -66,13 +71,6 @@ void SurfaceGrid::include(std::size_t row, std::size_t column, Workspace& worksp
     clear(last + 1, column + 1);
     last = column;
   }
-}
-
-void SurfaceGrid::add_edge(const TractionEdge& edge, Workspace& workspace) const {
-  visit_pieces(x_, y_, edge.start, edge.end,
-               [&](const double* start, const double* end, std::size_t column, std::size_t row) {
-                 add_piece(start, end, edge.traction, column, row, workspace);
-               });
 }
 
 void SurfaceGrid::add_piece(const double* start, const double* end, const double* traction, std::size_t column,

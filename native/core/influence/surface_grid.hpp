@@ -46,7 +46,6 @@ class SurfaceGrid {
   static double node(const std::vector<double>& ends, std::size_t number) {
     return number % 2 == 0 ? ends[number / 2] : (ends[number / 2] + ends[number / 2 + 1]) / 2;
   }
-  void add_edge(const TractionEdge& edge, Workspace& workspace) const;
   // Add a piece of an edge that lies in one element. Pieces beside the sheet count for the nearest element.
   void add_piece(const double* start, const double* end, const double* traction, std::size_t column, std::size_t row,
                  Workspace& workspace) const;

@@ -67,7 +67,8 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
 bool SpringBed::settle() {
   press(motion_);
   for (int iteration = 0; iteration < kIterations && residual() > kTolerance * resultants_[0]; ++iteration) {
-    if (!step()) break;
+    // Where few springs are elastic, because most yield or hang free, Newton's step may not lower the energy.
+    if (!step_with(elastic_) && !step_with(*stiffness_)) break;
   }
   return residual() <= kBalanced * resultants_[0];
 }
@@ -113,13 +114,8 @@ double SpringBed::residual() {
   return largest;
 }
 
-// One step from the motion of the last residual(). False if none lowers the energy.
-bool SpringBed::step() {
-  // Where few springs are elastic, because most yield or hang free, Newton's step may not lower the energy.
-  return step_with(elastic_) || step_with(*stiffness_);
-}
-
-// One step of Newton's method with these stiffnesses. False if it does not lower the energy.
+// One step of Newton's method with these stiffnesses, from the motion of the last residual(). False if it does not lower
+// the energy.
 bool SpringBed::step_with(const std::vector<double>& stiffnesses) {
   double curvature[kMost * kMost], along[kMost] = {}, slope = 0.0;
   const std::size_t cells = stiffnesses.size();

@@ -29,7 +29,6 @@ class SpringBed {
   bool settle();
   void press(const double* motion);
   double residual();
-  bool step();
   bool step_with(const std::vector<double>& stiffnesses);
   void step_with_open_tilt(const double* curvature, double* along) const;
   double line_search(const double* step, double slope);
