@@ -25,14 +25,12 @@ class CalledMap : public HeightMap {
   CalledMap(mjt_heights call, const Rectangle& bounds) : heights_(call), bounds_(bounds) {}
 
   double height(double x, double y) const override {
-    if (!bounds_.holds(x, y)) return kNowhere;
-    const double point[2] = {x, y};
-    double found = kNowhere;
-    heights_(1, point, &found);
-    return found;
+    std::vector<double> found;
+    heights({{x, y}}, found);
+    return found.front();
   }
   void heights(const std::vector<Point>& points, std::vector<double>& to) const override {
-    to.resize(points.size());
+    to.assign(points.size(), kNowhere);
     coordinates_.clear();
     for (const Point& at : points) coordinates_.insert(coordinates_.end(), {at.x, at.y});
     heights_(points.size(), coordinates_.data(), to.data());

@@ -189,7 +189,7 @@ class FacetFinder {
     neighbours_.assign(3 * count_, -1);
     for (std::size_t i = 0, next; i < edges_.size(); i = next) {
       next = i + 1;
-      while (next < edges_.size() && edges_[next].low == edges_[i].low && edges_[next].high == edges_[i].high) ++next;
+      while (next < edges_.size() && edges_[next].joins_as(edges_[i])) ++next;
       if (next != i + 2 || edges_[i].upward == edges_[i + 1].upward) continue;
       neighbours_[edges_[i].start] = static_cast<std::int32_t>(edges_[i + 1].start / 3);
       neighbours_[edges_[i + 1].start] = static_cast<std::int32_t>(edges_[i].start / 3);
@@ -373,27 +373,24 @@ class FacetFinder {
 
   // Edges that triangles of a facet pass more often in one direction than in the other, sorted by their first vertex.
   std::vector<Step> boundary(const Triangles& members, double side) const {
-    struct Passed {
-      std::int32_t low, high;
-      int times;
-    };
-    std::vector<Passed> passed;
+    std::vector<MeshEdge> passed;
     passed.reserve(3 * members.size());
     for (const std::uint32_t t : members) {
       for (std::size_t k = 0; k < 3; ++k) {
         std::int32_t from = mesh_.faces[3 * std::size_t{t} + k], to = mesh_.faces[3 * std::size_t{t} + (k + 1) % 3];
         if (side < 0.0) std::swap(from, to);
-        passed.push_back({std::min(from, to), std::max(from, to), from < to ? 1 : -1});
+        passed.push_back({std::min(from, to), std::max(from, to), 0, from < to});
       }
     }
-    std::sort(passed.begin(), passed.end(), [](const Passed& a, const Passed& b) {
+    std::sort(passed.begin(), passed.end(), [](const MeshEdge& a, const MeshEdge& b) {
       return a.low != b.low ? a.low < b.low : a.high < b.high;
     });
-    const auto same = [](const Passed& a, const Passed& b) { return a.low == b.low && a.high == b.high; };
     std::vector<Step> steps;
     for (std::size_t i = 0, next; i < passed.size(); i = next) {
       int times = 0;
-      for (next = i; next < passed.size() && same(passed[next], passed[i]); ++next) times += passed[next].times;
+      for (next = i; next < passed.size() && passed[next].joins_as(passed[i]); ++next) {
+        times += passed[next].upward ? 1 : -1;
+      }
       if (times > 0) steps.push_back({passed[i].low, passed[i].high, false});
       if (times < 0) steps.push_back({passed[i].high, passed[i].low, false});
     }

@@ -151,10 +151,6 @@ class Nodes {
 
 Rectangle around(const Segment& edge) { return around(around(kNoRectangle, edge.start), edge.end); }
 
-Point between(const Segment& edge, double share) {
-  return {edge.start.x + share * (edge.end.x - edge.start.x), edge.start.y + share * (edge.end.y - edge.start.y)};
-}
-
 std::vector<Segment> edges_of(const Outline& outline) {
   std::vector<Segment> edges;
   for (const std::vector<Point>& ring : outline.rings) {
@@ -200,7 +196,7 @@ std::vector<NodeEdge> cut_edges(const std::vector<Segment>& edges, double same, 
     std::sort(cuts[i].begin(), cuts[i].end());
     std::size_t before = nodes.number(edges[i].start);
     for (const double share : cuts[i]) {
-      const std::size_t next = nodes.number(between(edges[i], share));
+      const std::size_t next = nodes.number(between(edges[i].start, edges[i].end, share));
       if (next != before) parts.emplace_back(before, next);
       before = next;
     }
@@ -293,7 +289,7 @@ Outline united(const Outline& pieces, double same) {
     if (i > 0 && edges[i] == edges[i - 1]) continue;
     const Point &a = nodes[edges[i].first], &b = nodes[edges[i].second];
     const double beside = kBeside * same / std::hypot(b.x - a.x, b.y - a.y);
-    const Point middle = between({a, b}, 0.5), away = {beside * (b.y - a.y), beside * (a.x - b.x)};
+    const Point middle = between(a, b, 0.5), away = {beside * (b.y - a.y), beside * (a.x - b.x)};
     const bool inside = winding_number(edges, nodes, {middle.x - away.x, middle.y - away.y}) > 0;
     const bool beyond = winding_number(edges, nodes, {middle.x + away.x, middle.y + away.y}) > 0;
     if (inside && !beyond) left.push_back(edges[i]);

@@ -16,8 +16,7 @@ void clip_side(const std::vector<Point>& polygon, const Point& a, const Point& b
     const double here = left_of(a, b, from) - least, there = left_of(a, b, to) - least;
     if (here >= 0.0) result.push_back(from);
     if ((here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0)) {
-      const double part = here / (here - there);
-      result.push_back({from.x + part * (to.x - from.x), from.y + part * (to.y - from.y)});
+      result.push_back(between(from, to, here / (here - there)));
     }
   }
 }

@@ -98,13 +98,18 @@ inline AreaIntegrals triangle_integrals(const Point& start, const Point& end) {
           (ay * ay + ay * by + by * by) * cross / 12};
 }
 
+// The point of a segment from a to b at a share of the way, from 0 at a to 1 at b.
+inline Point between(const Point& a, const Point& b, double share) {
+  return {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y)};
+}
+
 // Distance of a point to the left of the line from a to b, times the distance from a to b.
 inline double left_of(const Point& a, const Point& b, const Point& point) {
   return (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);
 }
 
-// What an edge from a to b adds to the number of times that a ring runs counter-clockwise around a point. `left`: of the
-// edge, by left_of().
+// What an edge from a to b adds to the number of times that a ring runs counter-clockwise around a point. `left`: that
+// point's left_of() the edge.
 inline int winding_of(const Point& a, const Point& b, const Point& point, double left) {
   if ((a.y <= point.y) == (b.y <= point.y)) return 0;
   if (a.y <= point.y) return left > 0.0 ? 1 : 0;

@@ -45,12 +45,10 @@ class Welder {
 
 bool is_closed(const std::vector<std::int32_t>& faces, std::size_t vertices) {
   const std::vector<MeshEdge> edges = mesh_edges(faces, vertices);
-  const auto same = [&](std::size_t a, std::size_t b) {
-    return edges[a].low == edges[b].low && edges[a].high == edges[b].high;
-  };
   for (std::size_t i = 0; i < edges.size(); i += 2) {
-    if (i + 1 >= edges.size() || !same(i, i + 1) || edges[i].upward == edges[i + 1].upward) return false;
-    if (i + 2 < edges.size() && same(i, i + 2)) return false;
+    if (i + 1 == edges.size()) return false;
+    if (!edges[i].joins_as(edges[i + 1]) || edges[i].upward == edges[i + 1].upward) return false;
+    if (i + 2 < edges.size() && edges[i].joins_as(edges[i + 2])) return false;
   }
   return !edges.empty();
 }

@@ -55,7 +55,7 @@ struct TriangleMesh {
   // The triangles around vertex v are rings[ring_starts[v]] to before rings[ring_starts[v + 1]].
   std::vector<std::uint32_t> ring_starts, rings;
   std::vector<NormalBounds> ring_normals;   // of the triangles around each vertex
-  std::vector<Facet> facets;                // on which a body of this mesh can lie; none before flat_facets() finds them
+  std::vector<Facet> facets;                // on which a body can lie; none before flat_facets() finds them
 
   // The vertex at a triangle's corner, and the position of a vertex or of a corner (3) [m].
   std::size_t vertex(std::size_t triangle, std::size_t corner) const {
@@ -89,6 +89,8 @@ struct MeshEdge {
   std::int32_t low, high;
   std::uint32_t start;   // corner at which the triangle's edge starts: 3 times the triangle's number, plus 0, 1 or 2
   bool upward;           // whether the triangle passes the edge from low to high
+
+  bool joins_as(const MeshEdge& other) const { return low == other.low && high == other.high; }
 };
 
 // The edges of all triangles. Edges between the same two vertices follow each other.

@@ -28,10 +28,6 @@ constexpr double kLeastShare = 1.0 / 16;
 // Lengths and distances that differ by less than this fraction count as equal.
 constexpr double kTie = 1e-6;
 
-Point between(const Point& a, const Point& b, double part) {
-  return {a.x + part * (b.x - a.x), a.y + part * (b.y - a.y)};
-}
-
 // Whether the bounds of two segments, a b and c d, have no point in common.
 bool apart(const Point& a, const Point& b, const Point& c, const Point& d) {
   return std::max(a.x, b.x) < std::min(c.x, d.x) || std::max(c.x, d.x) < std::min(a.x, b.x) ||

@@ -54,9 +54,7 @@ void cut_where(const std::vector<Segment>& edges, const double* function, std::v
       part.push_back(edge);
       continue;
     }
-    const double share = first / (first - second);
-    const Point meet = {edge.start.x + share * (edge.end.x - edge.start.x),
-                        edge.start.y + share * (edge.end.y - edge.start.y)};
+    const Point meet = between(edge.start, edge.end, first / (first - second));
     meets.push_back(meet);
     part.push_back(first < 0.0 ? Segment{meet, edge.end} : Segment{edge.start, meet});
   }

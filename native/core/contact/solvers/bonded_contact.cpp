@@ -62,7 +62,7 @@ bool BondedContact::solve(const BondedProblem& problem, const std::uint8_t* star
         if (violated_[i]) exchange(i);
       }
     } else {
-      exchange(last_violated());
+      exchange(static_cast<std::size_t>(violated_.rend() - std::find(violated_.rbegin(), violated_.rend(), 1)) - 1);
     }
   }
   return false;
@@ -230,13 +230,6 @@ void BondedContact::let_slip() {
     if (violated_[i]) exchange(i), slips_[i] = 1;
   }
   seen_.clear();
-}
-
-std::size_t BondedContact::last_violated() const {
-  std::size_t last = count_;
-  while (!violated_[--last]) {
-  }
-  return last;
 }
 
 // Whether the forces have the wanted resultants up to rounding. Motions that move no held cell are left out, such as

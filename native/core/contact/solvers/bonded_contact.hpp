@@ -46,7 +46,6 @@ class BondedContact {
   void let_slip();
   void exchange(std::size_t place);
   std::size_t kept_unknowns() const;
-  std::size_t last_violated() const;
   void hold_pressed(const BondedProblem& problem);
   void set_modes();
   void set_right_sides();

@@ -114,8 +114,8 @@ double SpringBed::residual() {
   return largest;
 }
 
-// One step of Newton's method with these stiffnesses, from the motion of the last residual(). False if it does not lower
-// the energy.
+// One step of Newton's method with these stiffnesses, from the motion of the last residual(). False if it does not
+// lower the energy.
 bool SpringBed::step_with(const std::vector<double>& stiffnesses) {
   double curvature[kMost * kMost], along[kMost] = {}, slope = 0.0;
   const std::size_t cells = stiffnesses.size();
