@@ -191,12 +191,8 @@ bool PadSensor::press_points(const Touch& seen, const BodyPress& press, std::siz
   const Touch& touch = press.turned(seen);
   if (!points_.lay(touch.points, {kLeastSpot * facing_gap_, options_.strength, press.sheet()})) return false;
   double carried[6];
-  if (plane == nullptr) {
-    points_.nodal_forces(pad_->surface(), carried, forces_.data());
-  } else {
-    std::copy(seen.wrench, seen.wrench + 6, carried);
-    points_.nodal_forces(pad_->surface(), *plane, carried, forces_.data());
-  }
+  std::copy(seen.wrench, seen.wrench + 6, carried);
+  points_.nodal_forces(pad_->surface(), plane, carried, forces_.data());
   // The squares' area is not that of the body. So strains are judged over squares as wide as the largest small
   // indentation.
   const double wide = pad_->range().indentation;

@@ -63,7 +63,13 @@ double PointPress::peak() const {
   return peak;
 }
 
-void PointPress::nodal_forces(const SurfaceGrid& grid, double* carried, double* nodal) {
+void PointPress::nodal_forces(const SurfaceGrid& grid, const TangentPlane* plane, double* carried, double* nodal) {
+  if (plane != nullptr) {
+    bent_.lay(face_, *plane);
+    turn_to_squares();
+    bent_.nodal_forces(face_, grid, {forces_.data()}, carried, work_, nodal);
+    return;
+  }
   std::fill(carried, carried + 6, 0.0);
   for (std::size_t i = 0; i < face_.cells(); ++i) {
     const double* force = forces_.data() + 3 * i;
@@ -76,9 +82,8 @@ void PointPress::nodal_forces(const SurfaceGrid& grid, double* carried, double* 
   mjtactile::nodal_forces(face_, kUnmoved, grid, {forces_.data()}, work_, nodal);
 }
 
-void PointPress::nodal_forces(const SurfaceGrid& grid, const TangentPlane& plane, double* carried, double* nodal) {
-  bent_.lay(face_, plane);
-  // Decompose forces along the plane's axes into pressing along the square's own normal and shear in the square.
+// Decompose forces along the plane's axes into pressing along the square's own normal and shear in the square.
+void PointPress::turn_to_squares() {
   for (std::size_t i = 0; i < face_.cells(); ++i) {
     const double* slopes = bent_.slopes().data() + 2 * i;
     double* force = forces_.data() + 3 * i;
@@ -86,7 +91,6 @@ void PointPress::nodal_forces(const SurfaceGrid& grid, const TangentPlane& plane
     force[2] = std::min((force[2] - along) / (1.0 + slopes[0] * slopes[0] + slopes[1] * slopes[1]), 0.0);
     for (int k = 0; k < 2; ++k) force[k] += slopes[k] * force[2];
   }
-  bent_.nodal_forces(face_, grid, {forces_.data()}, carried, work_, nodal);
 }
 
 }  // namespace mjtactile

@@ -34,16 +34,14 @@ class PointPress {
   const Face& face() const { return face_; }
   double area() const { return area_; }   // of all squares [m^2]
   double peak() const;                    // largest pressure [Pa]
-  // Compute the nodal forces (nodes y, nodes x, 3) [N] on a flat pad, and the wrench (6) that they carry about the
-  // pad's origin [N, N m].
-  void nodal_forces(const SurfaceGrid& grid, double* carried, double* nodal);
-  // The same on a curved pad, where points and squares are in the frame of a tangent plane. `carried`: on entry the
-  // wanted wrench, on return the one carried (see BentCells::nodal_forces).
-  void nodal_forces(const SurfaceGrid& grid, const TangentPlane& plane, double* carried, double* nodal);
+  // Compute the nodal forces (nodes y, nodes x, 3) [N]. `plane`: in whose frame points and squares are; null on a flat
+  // pad. `carried`: on entry the wanted wrench (6) about the pad's origin [N, N m], on return the one carried.
+  void nodal_forces(const SurfaceGrid& grid, const TangentPlane* plane, double* carried, double* nodal);
 
  private:
   void merge_close_points(const std::vector<ContactPoint>& points, double apart);
   void add_square(const ContactPoint& point, const Options& options);
+  void turn_to_squares();
 
   std::vector<ContactPoint> merged_;
   Face face_ = {};

@@ -121,13 +121,13 @@ struct Parts {
   }
 
   double x[2][kMostParts * kMostParts], y[2][kMostParts * kMostParts];
-  int counts[2] = {0, 0};
+  std::size_t counts[2] = {};
   double softened;   // lower bound of squared distances, for parts that coincide [m^2]
 };
 
 double near_integral(const CellRectangle& a, const CellRectangle& b) {
   const Parts parts(a, b);
-  const auto own = static_cast<std::size_t>(parts.counts[0]), other = static_cast<std::size_t>(parts.counts[1]);
+  const auto [own, other] = parts.counts;
   const double sum = kernels().sum_inverse_distances(parts.x[0], parts.y[0], own, parts.x[1], parts.y[1], other,
                                                      parts.softened);
   return a.area * b.area * sum / static_cast<double>(own * other);
@@ -135,7 +135,7 @@ double near_integral(const CellRectangle& a, const CellRectangle& b) {
 
 PairShear near_shear(const CellRectangle& a, const CellRectangle& b) {
   const Parts parts(a, b);
-  const auto own = static_cast<std::size_t>(parts.counts[0]), other = static_cast<std::size_t>(parts.counts[1]);
+  const auto [own, other] = parts.counts;
   double sums[5];
   kernels().sum_shear(parts.x[0], parts.y[0], own, parts.x[1], parts.y[1], other, parts.softened, sums);
   const double weight = a.area * b.area / static_cast<double>(own * other);
