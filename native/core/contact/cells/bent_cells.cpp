@@ -66,7 +66,6 @@ bool BentCells::nodal_forces(const Face& face, const SurfaceGrid& grid, const Ce
   const std::size_t cells = face.cells();
   workspace.edges.clear();
   workspace.areas.assign(cells, 0.0);
-  const auto place = [](std::int32_t cell) { return static_cast<std::size_t>(cell); };
   for (const CellEdge& edge : face.edges) {
     const SeenSurface start = plane_->beyond(edge.start.x, edge.start.y);
     const SeenSurface end = plane_->beyond(edge.end.x, edge.end.y);
@@ -74,8 +73,7 @@ bool BentCells::nodal_forces(const Face& face, const SurfaceGrid& grid, const Ce
     // Areas of the polygons to which the cells project on the pad's plane.
     const double near[2] = {on_pad_[0], on_pad_[1]};
     const double cross = ((start.x - near[0]) * (end.y - near[1]) - (end.x - near[0]) * (start.y - near[1])) / 2;
-    if (edge.left >= 0) workspace.areas[place(edge.left)] += cross;
-    if (edge.right >= 0) workspace.areas[place(edge.right)] -= cross;
+    each_side(edge, [&](std::size_t cell, double sign) { workspace.areas[cell] += sign * cross; });
     workspace.edges.push_back(on_pad);
   }
   workspace.tractions.assign(3 * cells, 0.0);

@@ -22,6 +22,13 @@ struct CellEdge {
   bool step(const std::vector<double>& tractions, double* step) const;
 };
 
+// Visit the cells beside an edge: visit(cell, sign) with the sign 1 on its left and -1 on its right.
+template <typename Visit>
+void each_side(const CellEdge& edge, Visit&& visit) {
+  if (edge.left >= 0) visit(static_cast<std::size_t>(edge.left), 1.0);
+  if (edge.right >= 0) visit(static_cast<std::size_t>(edge.right), -1.0);
+}
+
 // Add an edge, unless its ends are equal.
 void add_edge(const CellEdge& edge, std::vector<CellEdge>& edges);
 

@@ -269,14 +269,11 @@ void FaceCells::label_cells() {
   centroids_.assign(cells_, {0.0, 0.0});
   for (const CellEdge& edge : edges_) {
     const AreaIntegrals part = triangle_integrals(edge.start, edge.end);
-    const auto add = [&](std::int32_t side, double sign) {
-      if (side < 0) return;
-      const std::size_t cell = label_of(side);
+    each_side(edge, [&](std::size_t item, double sign) {
+      const std::size_t cell = label_of(static_cast<std::int32_t>(item));
       areas_[cell] += sign * part.area;
       centroids_[cell].x += sign * part.x, centroids_[cell].y += sign * part.y;
-    };
-    add(edge.left, 1.0);
-    add(edge.right, -1.0);
+    });
   }
   for (std::size_t i = 0; i < cells_; ++i) centroids_[i] = {centroids_[i].x / areas_[i], centroids_[i].y / areas_[i]};
 }
@@ -414,16 +411,12 @@ void FaceCells::describe(Face& face) {
 void FaceCells::place_quadrature(Face& face) {
   about_centroid_.assign(cells_, {});
   for (const CellEdge& edge : face.edges) {
-    const auto add = [&](std::int32_t side, double sign) {
-      if (side < 0) return;
-      const auto cell = static_cast<std::size_t>(side);
+    each_side(edge, [&](std::size_t cell, double sign) {
       const Point& middle = face.centroids[cell];
       about_centroid_[cell].add(triangle_integrals({edge.start.x - middle.x, edge.start.y - middle.y},
                                                    {edge.end.x - middle.x, edge.end.y - middle.y}),
                                 sign);
-    };
-    add(edge.left, 1.0);
-    add(edge.right, -1.0);
+    });
   }
   face.quadrature.clear();
   for (std::size_t i = 0; i < cells_; ++i) {
