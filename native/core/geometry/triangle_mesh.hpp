@@ -68,7 +68,7 @@ struct TriangleMesh {
   // enters(box) is true are searched, and it is asked before found(). Returns whether there is one.
   template <typename Enters, typename Found>
   bool any_box(Enters&& enters, Found&& found, std::size_t most = 0) const {
-    std::uint32_t open[64] = {0};   // the tree halves its triangles, so that it is not as deep
+    std::uint32_t open[64] = {0};   // more than there can be: the tree halves its triangles, and is 33 deep at most
     std::size_t count = boxes.empty() ? 0 : 1;
     while (count > 0) {
       const std::uint32_t number = open[--count];

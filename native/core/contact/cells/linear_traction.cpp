@@ -1,7 +1,6 @@
 #include "contact/cells/linear_traction.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "influence/edge_pieces.hpp"
 
