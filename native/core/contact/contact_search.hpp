@@ -72,9 +72,8 @@ class ContactSearch {
   // Height up to which the spots reach [m]. It is above the level if a higher spot was found to touch or nearly
   // touches.
   double reached() const { return reached_; }
-  // Whether the spots lie along ridges. The body is then in contact up to about a level above the ridge beside it.
-  bool follows_ridges() const { return strip_ > 0.0; }
-  // That height above the ridge [m]; 0 if the spots do not lie along ridges.
+  // If the spots lie along ridges, the height above them up to which the body is in contact beside them [m]. It is about
+  // a level. 0 if they do not.
   double strip() const { return strip_; }
   // Whether there are more ridges below a height above the lowest point [m].
   bool has_more_ridges(double height) const;

@@ -11,6 +11,8 @@ namespace {
 
 // Looks. A look finds the spots that may touch as one plane sees the body, lays cells on them and presses them.
 constexpr int kLooks = 6;                // largest number of looks at one contact
+constexpr int kRaises = 2;               // largest number of looks for spots above those that do not carry the load,
+constexpr double kRaise = 2.0;           // and by which factor higher each is
 constexpr int kStepsBack = 2;            // largest number of steps back from a tilt that was too large
 // A contact is worse if its energy is higher by this share of its own elastic energy. Energies of many cells are more
 // exact, and tell which contact misses a part of the body.
@@ -313,19 +315,20 @@ bool PatchPress::look_first(const Problem& problem, Looks& looks) {
 
 // Choose the next view. False if the best contact is found, or no other view is known.
 bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
+  const bool lost = problem.options.law->couples() && looks.best_merit.missed > 0.0 && problem.hull.size() > 2 &&
+                    holds(problem.hull, problem.load.through, kInside);
   if (looks.last_is_best) {
     if (laid_.contact().exact() && presses_all()) return false;
     // If no contact is found or it misses the load, other parts of the body carry the load, and the body first tilts
     // onto them. This is not tried for a load outside the hull, because the first plane is tilted as far as possible
     // already. Nor is it tried for laws that do not couple cells, because the body would rest in the same way again.
-    looks.resting_tried = !looks.rested && problem.options.law->couples() && looks.best_merit.missed > 0.0 &&
-                          problem.hull.size() > 2 && holds(problem.hull, problem.load.through, kInside);
+    looks.resting_tried = lost && !looks.rested;
     if (looks.resting_tried) {
       looks.view = looks.best;
       rest_on_springs(problem, looks);
       return true;
     }
-  } else if (!looks.resting_tried) {
+  } else if (!looks.resting_tried && !looks.raised) {
     if (looks.ended) {
       // The contact extends beyond the cells that were laid in this view.
       looks.view.least_height = kTouchMargin * laid_.touched_height(problem.options.tilting);
@@ -337,6 +340,14 @@ bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
     std::copy(looks.view.plane.slopes, looks.view.plane.slopes + 2, looks.too_far);
     looks.turned_back = true;
     for (int k = 0; k < 2; ++k) looks.view.plane.slopes[k] = (looks.too_far[k] + looks.best.plane.slopes[k]) / 2;
+    return true;
+  }
+  looks.raised = lost && !looks.goes_on && looks.raises < kRaises;
+  if (looks.raised) {
+    // Springs are softer than the surface where the contact is narrow, so the body may need parts above the spots.
+    looks.view = looks.best;
+    looks.view.spot_height = kRaise * std::max(search_.reached(), search_.level());
+    ++looks.raises;
     return true;
   }
   looks.view = looks.onward;
@@ -488,7 +499,7 @@ PatchPress::NextPart PatchPress::next_part() const {
 // does, goes on beyond its region in proportion to the height.
 bool PatchPress::reaches_other_part() const {
   const double lowered = laid_.contact().lowered();
-  if (search_.follows_ridges()) return search_.has_more_ridges(lowered);
+  if (lattices_.along_ridges()) return search_.has_more_ridges(lowered);
   if (search_.sees_all()) return false;
   widen_regions(std::max(kOtherPart, 2.0 * lowered / laid_.view().highest));
   return search_.lower_than(seen_plane(), lowered, wider_);
@@ -518,7 +529,7 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
   const double leans = std::hypot(slopes[0], slopes[1]);
   const bool narrow = carries && lift <= kNarrow * options.narrowest * leans;
   const bool touches = carries && next.share < 1.0;
-  const double small = search_.follows_ridges() ? kSmallTiltOfStrips : kSmallTilt;
+  const double small = lattices_.along_ridges() ? kSmallTiltOfStrips : kSmallTilt;
   const bool tilted = touches || (lift > small * depth && !narrow);
   const LaidLower tilting = laid_.contact().linear() ? kLaidLowerFree : kLaidLowerTilting;
   const LaidLower bound = options.tilting ? tilting : kLaidLower;
@@ -543,11 +554,14 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
     // If there is one spot that fills its rectangle, no part of the body is outside it.
     const bool apart = spots_.size() > 1 || spots_.front().is_open();
     view.spot_height = apart ? kTiltedShare * laid_.contact().indentation() : 0.0;
-    if (touches || share < rolling) view.spot_height = std::max(view.spot_height, kTouchMargin * next.height);
+    if (touches || share < rolling) {
+      view.spot_height = std::max(view.spot_height, kTouchMargin * next.height);
+      if (view.most_height > 0.0) view.most_height = std::max(view.most_height, view.spot_height);
+    }
     return true;
   }
   // Cells along ridges are as wide as the contact, which is deeper than they are high.
-  const bool strips = search_.follows_ridges();
+  const bool strips = lattices_.along_ridges();
   if (search_.level() > 0.0 && !strips && laid_.contact().indentation() > kTooDeep * laid_.view().highest &&
       view.height_factor < kMostHeightFactor) {
     // The contact is so deep that parts above the cells touch as well.

@@ -113,6 +113,8 @@ class PatchPress {
     bool ended = false;           // whether the contact goes on beyond its cells
     bool rested = false;          // whether some view was the tilt at which the body rests on springs
     bool resting_tried = false;   // whether the last view was
+    bool raised = false;          // whether the last view had higher spots, because others did not carry the load,
+    int raises = 0;               // and how many had
   };
   // The next part of the body that touches outside of all spots while the body tilts.
   struct NextPart {

@@ -36,6 +36,7 @@ constexpr int kRounds = 10;              // and largest number of times
 // Strips along ridges.
 constexpr double kNarrowStrip = 3.0;     // a strip up to this many cells wide is narrow: its cells are made as wide,
 constexpr double kStripCell = 1.3;       // times this, so that a slanted strip is within them, too
+constexpr double kLeastCovered = 0.25;   // cells that cover less than this share of a ridge's length miss it
 constexpr double kMostSamples = 32.0;    // largest number of heights computed per cell
 
 // Centre a region on a point, if it is within a cell of the region's middle. The point is the middle of a symmetric
@@ -76,6 +77,35 @@ bool SpotLattices::is_compact(const std::vector<Spot>& spots, const LawOptions& 
 }
 
 void SpotLattices::lay(const Look& look, SampledLattices& lattices) {
+  along_ridges_ = look.strip > 0.0;
+  if (along_ridges_ && lay_along_ridges(look, lattices)) return;
+  along_ridges_ = false;
+  follows_.assign(look.spots.size(), 0);
+  lay_all(look, lattices);
+}
+
+// False if the cells miss most of the ridges. The search finds these on lines that are closer than those of the cells, and
+// a rough body has some between the latter.
+bool SpotLattices::lay_along_ridges(const Look& look, SampledLattices& lattices) {
+  follows_.clear();
+  for (const Spot& spot : look.spots) follows_.push_back(spot.is_open() ? 1 : 0);
+  for (;;) {
+    lay_all(look, lattices);
+    double all_length = 0.0, all_covered = 0.0;
+    bool again = false;
+    for (std::size_t k = 0; k < look.spots.size(); ++k) {
+      const double length = look.spots[k].length;
+      const double covered = lattices[k].size * static_cast<double>(lattices.counted(k));
+      all_length += length, all_covered += std::min(covered, length);
+      if (follows_[k] || covered >= kLeastCovered * length) continue;
+      follows_[k] = 1;
+      again = true;
+    }
+    if (!again) return all_covered >= kLeastCovered * all_length;
+  }
+}
+
+void SpotLattices::lay_all(const Look& look, SampledLattices& lattices) {
   set_regions(look);
   const Number number = number_of_cells(look);
   double coarser = 1.0;   // factor on the cells' area
@@ -83,7 +113,7 @@ void SpotLattices::lay(const Look& look, SampledLattices& lattices) {
     lattices.clear();
     for (std::size_t k = 0; k < look.spots.size(); ++k) {
       const Lattice lattice = lattice_over(look, k, number.wanted, coarser);
-      if (look.follows(look.spots[k])) {
+      if (follows_[k]) {
         lattices.add_along_ridges(lattice, look.seen, {regions_, k}, look.strip);
       } else {
         lattices.add(lattice, look.seen, {regions_, k});
@@ -91,7 +121,7 @@ void SpotLattices::lay(const Look& look, SampledLattices& lattices) {
     }
     lattices.settle(regions_);
     const auto count = static_cast<double>(lattices.counted());
-    if (round == 0 && count < kTooFew * number.wanted && look.options.law->shapes() && !(look.strip > 0.0)) {
+    if (round == 0 && count < kTooFew * number.wanted && look.options.law->shapes() && !along_ridges_) {
       // The body ends, or rises more steeply, than was assumed.
       coarser = std::max(count / number.wanted, kLeastFiner);
       continue;
@@ -103,13 +133,13 @@ void SpotLattices::lay(const Look& look, SampledLattices& lattices) {
 
 // Bent and open spots get more cells, and each spot gets its own. Laws without compliance get more cells as well,
 // because they are cheap.
-SpotLattices::Number SpotLattices::number_of_cells(const Look& look) {
+SpotLattices::Number SpotLattices::number_of_cells(const Look& look) const {
   const LawOptions& options = look.options;
   const double cells = (options.law->shapes() ? look.finer : kCheap) * static_cast<double>(options.cells);
   Number number = {0.0, kMostCells * cells + kMoreCells};
   for (const Spot& spot : look.spots) {
     const double filled = spot.area / spot.region.area();
-    const double most = look.strip > 0.0 ? kMostFillingStrips : kMostFilling;
+    const double most = along_ridges_ ? kMostFillingStrips : kMostFilling;
     number.wanted += cells * std::min(std::max(kFilled / filled, 1.0), most);
   }
   if (options.law->couples() && look.search.level() > 0.0 && is_compact(look.spots, options)) {
@@ -126,9 +156,10 @@ void SpotLattices::set_regions(const Look& look) {
   // The level of a flat face is 0.
   const double wider = search.level() > 0.0 ? std::max(look.seen.highest / search.level(), kLeastWider) : kLeastWider;
   regions_.clear();
-  for (const Spot& spot : look.spots) {
+  for (std::size_t k = 0; k < look.spots.size(); ++k) {
+    const Spot& spot = look.spots[k];
     Region region = spot.region.lengthwise();
-    if (look.follows(spot)) {
+    if (follows_[k]) {
       regions_.push_back(region);
       continue;
     }
@@ -161,7 +192,7 @@ Lattice SpotLattices::lattice_over(const Look& look, std::size_t number, double 
   // Side of the cells if `share` of them lie along a line of the spot's length at any angle to the lattice.
   const double askew = coarser * kAskew * spot.length / share;
   if (spot.is_open()) cell = std::max(cell, askew * askew);
-  if (look.follows(spot)) {
+  if (follows_[number]) {
     // A cell holds the whole width of a narrow strip, because parts of it would not lie along it.
     const double strip = spot.area / spot.length, side = kStripCell * strip;
     if (strip < kNarrowStrip * std::sqrt(cell)) cell = std::max(cell, side * side);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "contact/cells/sampled_lattices.hpp"
@@ -22,16 +23,17 @@ class SpotLattices {
     double finer;                  // number of cells over that of the options [-]
     double height_factor;          // height up to which cells are laid, over the level [-]
     double strip;                  // how much higher the body is at the sides of strips along ridges [m]; 0 if the
-                                   // cells do not follow ridges
-
-    // Whether the cells of a spot follow ridges. Cells of a straight one lie along it anyway.
-    bool follows(const Spot& spot) const { return strip > 0.0 && spot.is_open(); }
+                                   // spots do not lie along ridges
   };
   // That factor in a first look, and its least value if the bound on pressure sets the level.
   static constexpr double kHeightFactor = 2.5, kBoundedHeightFactor = 1.6;
 
-  // Lay a lattice on each spot.
+  // Lay a lattice on each spot. The cells of bent and hollow spots along ridges follow these. Those of straight ones lie
+  // along them anyway, and follow them only where they would miss them. If cells miss the ridges that they follow, cells
+  // are laid as on other spots.
   void lay(const Look& look, SampledLattices& lattices);
+  // Whether cells of the last call were laid along ridges.
+  bool along_ridges() const { return along_ridges_; }
   // Regions around the spots of the last call.
   const std::vector<Region>& regions() const { return regions_; }
   // Whether there is a single spot that fills its rectangle, is about as long as wide, and is larger than a cell.
@@ -41,11 +43,15 @@ class SpotLattices {
   struct Number {   // of cells
     double wanted, most;
   };
-  static Number number_of_cells(const Look& look);
+  void lay_all(const Look& look, SampledLattices& lattices);
+  bool lay_along_ridges(const Look& look, SampledLattices& lattices);
+  Number number_of_cells(const Look& look) const;
   void set_regions(const Look& look);
   Lattice lattice_over(const Look& look, std::size_t number, double cells, double coarser) const;
 
   std::vector<Region> regions_;
+  std::vector<std::uint8_t> follows_;   // for each spot, whether its cells follow ridges
+  bool along_ridges_ = false;
 };
 
 }  // namespace mjtactile

@@ -211,6 +211,12 @@ void SampledLattices::settle(const std::vector<Region>& regions) {
   counted_ -= twice_.size();
 }
 
+std::size_t SampledLattices::counted(std::size_t lattice) const {
+  const auto first = numbers_.begin() + static_cast<std::ptrdiff_t>(firsts_[lattice]);
+  const auto cells = static_cast<std::ptrdiff_t>(lattices_[lattice].cells());
+  return static_cast<std::size_t>(std::count(first, first + cells, kCounted));
+}
+
 bool SampledLattices::splits(std::size_t lattice, double narrowest) const {
   return !follows_ridges(lattice) && lattices_[lattice].splits(narrowest);
 }

@@ -55,6 +55,7 @@ class SampledLattices {
   std::size_t size() const { return lattices_.size(); }
   const Lattice& operator[](std::size_t lattice) const { return lattices_[lattice]; }
   std::size_t counted() const { return counted_; }   // number of cells that count, before any were split
+  std::size_t counted(std::size_t lattice) const;    // the same of one lattice
   // The number of a lattice's cell, or one of the constants. `place`: row by row in the lattice.
   std::int32_t number(std::size_t lattice, std::size_t place) const {
     return numbers_[lattices_[lattice].first + place];
