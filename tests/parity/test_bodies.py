@@ -200,6 +200,33 @@ def test_a_mesh_tilts_onto_a_part_that_is_high_above_the_pad():
     assert forces[:, right, 2].sum() == pytest.approx(wrench[2] * (4e-3 - aside) / 8e-3, rel=0.05)
 
 
+def on_two_edges(seed: int) -> tuple[trimesh.Trimesh, Array]:
+    """A body that stands on two parallel edges, one higher and leaning, and a load between them (6,) [N, N m]."""
+    random = np.random.default_rng(seed)
+    apart, length = random.uniform(1.5e-3, 4e-3), random.uniform(1.5e-3, 5e-3)
+    higher = np.exp(random.uniform(np.log(1e-6), np.log(2e-4)))
+    edges = []
+    for y, height, slope in ((-apart / 2, 0.0, 0.0), (apart / 2, higher, random.normal(0.0, 4e-3))):
+        ends = [(x, y, height + slope * x) for x in (-length / 2, length / 2)]
+        top = [(x, y + side, height + 1.5e-4) for x in (-length / 2, length / 2) for side in (-6e-4, 6e-4)]
+        edges.append(trimesh.Trimesh([*ends, *top]).convex_hull)
+    yaw, share = random.uniform(0.0, np.pi), random.uniform(0.05, 0.95)
+    turn = Rotation.from_euler("z", yaw)
+    force = np.array([0.0, 0.0, -np.exp(random.uniform(np.log(3e-3), np.log(0.2)))])
+    body = trimesh.util.concatenate(edges)
+    body.apply_transform(trimesh.transformations.rotation_matrix(yaw, (0.0, 0.0, 1.0)))
+    return body, np.concatenate([force, np.cross(turn.apply([0.0, (share - 0.5) * apart, 0.0]), force)])
+
+
+@pytest.mark.parametrize("seed", [31, 52, 73, 97, 153, 157, 170, 186, 196, 219, 249, 304])
+def test_a_load_between_two_edges_is_carried_by_both(monkeypatch, seed):
+    """One edge alone cannot carry it, though the search sees only that one at first, or cells that miss the other."""
+    body, wrench = on_two_edges(seed)
+    monkeypatch.setitem(SHAPES, "edges", body)
+    _, carried = CoreBody("edges").press(fast(), posed("edges", 0.0, 0.0, Rotation.identity()), wrench, "elastic")
+    np.testing.assert_allclose(carried, wrench, rtol=0, atol=1e-9 * abs(wrench[2]))
+
+
 def test_a_body_beside_the_sheet_has_no_heights():
     assert CoreBody("sphere").heights(Pose(np.array([0.02, 0.0, 5e-3]), np.eye(3)), np.zeros((1, 2))) is None
 

@@ -11,8 +11,8 @@ namespace {
 
 // Looks. A look finds the spots that may touch as one plane sees the body, lays cells on them and presses them.
 constexpr int kLooks = 6;                // largest number of looks at one contact
-constexpr int kRaises = 2;               // largest number of looks for spots above those that do not carry the load,
-constexpr double kRaise = 2.0;           // and by which factor higher each is
+constexpr int kMoves = 2;                // largest number of looks for other parts, if those seen do not carry the load
+constexpr double kRaise = 2.0;           // factor on the height up to which these are searched for
 constexpr int kStepsBack = 2;            // largest number of steps back from a tilt that was too large
 // A contact is worse if its energy is higher by this share of its own elastic energy. Energies of many cells are more
 // exact, and tell which contact misses a part of the body.
@@ -328,32 +328,59 @@ bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
       rest_on_springs(problem, looks);
       return true;
     }
-  } else if (!looks.resting_tried && !looks.raised) {
+  } else if (!looks.resting_tried && !looks.moved) {
     if (looks.ended) {
       // The contact extends beyond the cells that were laid in this view.
       looks.view.least_height = kTouchMargin * laid_.touched_height(problem.options.tilting);
       looks.view.most_height = looks.view.end_height = looks.view.spot_end = 0.0;
       return true;
     }
-    // The tilt was too large. The mean of this view and the best one is tried.
-    if (++looks.steps_back > kStepsBack) return false;
-    std::copy(looks.view.plane.slopes, looks.view.plane.slopes + 2, looks.too_far);
-    looks.turned_back = true;
-    for (int k = 0; k < 2; ++k) looks.view.plane.slopes[k] = (looks.too_far[k] + looks.best.plane.slopes[k]) / 2;
-    return true;
+    if (looks.view.sees_tilted_as(looks.best)) {
+      looks.goes_on = false;
+    } else {
+      // The tilt was too large. The mean of this view and the best one is tried.
+      if (++looks.steps_back > kStepsBack) return false;
+      std::copy(looks.view.plane.slopes, looks.view.plane.slopes + 2, looks.too_far);
+      looks.turned_back = true;
+      for (int k = 0; k < 2; ++k) looks.view.plane.slopes[k] = (looks.too_far[k] + looks.best.plane.slopes[k]) / 2;
+      return true;
+    }
   }
-  looks.raised = lost && !looks.goes_on && looks.raises < kRaises;
-  if (looks.raised) {
-    // Springs are softer than the surface where the contact is narrow, so the body may need parts above the spots.
+  looks.moved = lost && !looks.goes_on && looks.moves < kMoves;
+  if (looks.moved) {
+    ++looks.moves;
+    const bool solved = looks.last_is_best && laid_.contact().exact();
     looks.view = looks.best;
-    looks.view.spot_height = kRaise * std::max(search_.reached(), search_.level());
-    ++looks.raises;
+    if (!solved || !roll(problem.load, looks.view)) {
+      // Springs are softer than the surface where the contact is narrow, so the body may need parts above the spots.
+      looks.view.spot_height = kRaise * std::max(search_.reached(), search_.level());
+    }
     return true;
   }
   looks.view = looks.onward;
   if (looks.turned_back) stay_before(looks.too_far, looks.best.plane.slopes, looks.view.plane.slopes);
   looks.resting_tried = false;
   return looks.goes_on;
+}
+
+// Roll the view from the last contact toward the load, which it misses, until another part touches. The cells of an edge
+// do not tell the tilt about it. False if no part touches within the largest slope.
+bool PatchPress::roll(const SearchLoad& load, Viewpoint& view) const {
+  Point centre;
+  if (!laid_.centre(centre)) return false;
+  const double along[2] = {load.through.x - centre.x, load.through.y - centre.y};
+  const double away = std::hypot(along[0], along[1]);
+  if (!(away > 0.0)) return false;
+  const double* slopes = laid_.contact().slopes();
+  const double sunk = laid_.lowered_at_origin() + slopes[0] * centre.x + slopes[1] * centre.y;
+  widen_regions(kOtherPart);
+  const double slope = search_.share_until(seen_plane(), {{along[0] / away, along[1] / away}, centre}, sunk, wider_);
+  const double to[2] = {view.plane.slopes[0] + slope * along[0] / away, view.plane.slopes[1] + slope * along[1] / away};
+  if (!(std::hypot(to[0], to[1]) <= kMostSlope)) return false;
+  std::copy(to, to + 2, view.plane.slopes);
+  view.spot_height = kRaise * sunk;
+  view.most_height = view.end_height = view.spot_end = 0.0;
+  return true;
 }
 
 // Set the view to the tilt at which the body rests on springs, with the slope bounded.

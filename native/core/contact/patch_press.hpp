@@ -74,10 +74,12 @@ class PatchPress {
     double last_tilt[2];    // tilt that the last look found, relative to its plane [-]; 0 if there was none
     double finer;           // number of cells over that asked for [-]
 
+    bool sees_tilted_as(const Viewpoint& other) const {
+      return plane.slopes[0] == other.plane.slopes[0] && plane.slopes[1] == other.plane.slopes[1];
+    }
     // Whether a look from here sees the same as one from another view.
     bool sees_as(const Viewpoint& other) const {
-      return plane.slopes[0] == other.plane.slopes[0] && plane.slopes[1] == other.plane.slopes[1] &&
-             height_factor == other.height_factor && most_height == other.most_height &&
+      return sees_tilted_as(other) && height_factor == other.height_factor && most_height == other.most_height &&
              end_height == other.end_height && least_height == other.least_height &&
              spot_height == other.spot_height && spot_end == other.spot_end;
     }
@@ -113,8 +115,8 @@ class PatchPress {
     bool ended = false;           // whether the contact goes on beyond its cells
     bool rested = false;          // whether some view was the tilt at which the body rests on springs
     bool resting_tried = false;   // whether the last view was
-    bool raised = false;          // whether the last view had higher spots, because others did not carry the load,
-    int raises = 0;               // and how many had
+    bool moved = false;           // whether the last view looked for other parts, because those seen do not carry the
+    int moves = 0;                // load, and how many views did
   };
   // The next part of the body that touches outside of all spots while the body tilts.
   struct NextPart {
@@ -126,6 +128,7 @@ class PatchPress {
   bool look_first(const Problem& problem, Looks& looks);
   bool choose_view(const Problem& problem, Looks& looks);
   void rest_on_springs(const Problem& problem, Looks& looks);
+  bool roll(const SearchLoad& load, Viewpoint& view) const;
   void find_spots(const Problem& problem, const Viewpoint& view);
   bool press(const Problem& problem, const Viewpoint& view);
   bool overloads() const;

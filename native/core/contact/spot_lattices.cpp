@@ -184,21 +184,23 @@ Lattice SpotLattices::lattice_over(const Look& look, std::size_t number, double 
   const double share = std::max(cells * std::sqrt(spot.area) / roots, kLeastShare);
   const bool breaks = search.loaded() * kHeightFactor < search.level();
   const double higher = breaks ? kBoundedHeightFactor : std::max(look.height_factor, kHeightFactor);
-  double cell = coarser * spot.area * std::sqrt(higher) / share;
+  double cell = spot.area * std::sqrt(higher) / share;
   // If the body's area grows fast with the height, the contact is larger than the area below the level.
   const double power =
       height_power(look.seen.highest / search.level(), regions_[number].area() / spot.region.lengthwise().area());
   if (power > 0.0) cell *= std::max(std::pow(end_over_level(power), 2.0 / power), 1.0);
   // Side of the cells if `share` of them lie along a line of the spot's length at any angle to the lattice.
-  const double askew = coarser * kAskew * spot.length / share;
+  const double askew = kAskew * spot.length / share;
   if (spot.is_open()) cell = std::max(cell, askew * askew);
+  Region region = regions_[number];
   if (follows_[number]) {
     // A cell holds the whole width of a narrow strip, because parts of it would not lie along it.
     const double strip = spot.area / spot.length, side = kStripCell * strip;
     if (strip < kNarrowStrip * std::sqrt(cell)) cell = std::max(cell, side * side);
+    // Nor does it end at a straight strip's sides, between which a ridge that is not quite straight is lost.
+    region.height = std::max(region.height, std::max(std::sqrt(cell), narrowest));
   }
-  Region region = regions_[number];
-  cell = std::max(cell, std::max(coarser, 1.0) * region.area() / (kMostSamples * cells));
+  cell = std::max({cell, region.area() / (kMostSamples * cells), narrowest * narrowest}) * coarser;
   // The spot may be a small sample of a larger body, so no region is smaller than the narrowest cell.
   if (!(region.area() > 0.0) || std::max(region.width, region.height) < narrowest) {
     region.width = std::max(region.width, narrowest);

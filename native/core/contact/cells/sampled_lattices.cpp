@@ -212,7 +212,7 @@ void SampledLattices::settle(const std::vector<Region>& regions) {
 }
 
 std::size_t SampledLattices::counted(std::size_t lattice) const {
-  const auto first = numbers_.begin() + static_cast<std::ptrdiff_t>(firsts_[lattice]);
+  const auto first = numbers_.begin() + static_cast<std::ptrdiff_t>(lattices_[lattice].first);
   const auto cells = static_cast<std::ptrdiff_t>(lattices_[lattice].cells());
   return static_cast<std::size_t>(std::count(first, first + cells, kCounted));
 }
