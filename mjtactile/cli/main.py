@@ -22,14 +22,13 @@ from rich.table import Table
 from mjtactile._installed import __version__, page_address
 from mjtactile.cli.bench import bench_app
 from mjtactile.cli.dataset import dataset, record
-from mjtactile.cli.envs import envs
 from mjtactile.cli.evaluate import evaluate
 from mjtactile.cli.grasp import grasp_app
 from mjtactile.cli.installation import build, cache_app, doctor, info
 from mjtactile.cli.loop import loop
 from mjtactile.cli.options import AsJson, FidelityOption, PadOption, finite, into_pad, json_text, positive
 from mjtactile.cli.reproduce import reproduce
-from mjtactile.cli.view import hands, preview, view
+from mjtactile.cli.view import envs, hands, preview, view
 from mjtactile.errors import MjTactileError
 from mjtactile.fidelity import DEFAULT, fidelity_text
 

@@ -1,7 +1,8 @@
-"""The command line: `mjtactile view`, `preview` and `hands`, which show models, pads and the catalogue of hands."""
+"""The command line: `mjtactile view`, `preview`, `hands` and `envs`, which show models, pads and catalogues."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -104,11 +105,23 @@ def _compiled(path: Path) -> mujoco.MjModel:
 
 def hands(page: PageOption = None) -> None:
     """List the hands that mjtactile.hands.attach_hand knows, and their pads."""
+    from mjtactile.cli.hands_tables import hands_tables
+
+    _list(hands_tables, page, "hands")
+
+
+def envs(page: PageOption = None) -> None:
+    """Print actions and observations of each gymnasium environment, with units."""
+    from mjtactile.cli.envs_tables import environment_tables
+
+    _list(environment_tables, page, "environments")
+
+
+def _list(tables_of: Callable[[], str], page: Path | None, name: str) -> None:
+    """Print tables, and write them on the page, which is checked first."""
     from mjtactile.cli.benchmarks.tables import table_on_page
 
-    write = table_on_page(page, "hands")
-    from mjtactile.hands.listing import catalogue_table, shapes_table
-
-    text = f"{catalogue_table()}\n\n{shapes_table()}"
+    write = table_on_page(page, name)
+    text = tables_of()
     typer.echo(text)
     write(text)
