@@ -5,10 +5,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from mjtactile.cli.benchmarks.plugin import FingersScene, PluginScene, plugin_table
+from mjtactile.cli.benchmarks.plugin import FingersScene, PluginScene, mujoco_tactile_time, plugin_table
 from mjtactile.cli.benchmarks.small_contacts import small_contacts_benchmark, small_contacts_table
 from mjtactile.cli.benchmarks.tables import mesh_table, stored_runs, table_on_page, today_table
-from mjtactile.cli.benchmarks.timing import mujoco_tactile_time
 from mjtactile.errors import MjTactileError
 
 

@@ -15,7 +15,8 @@ from typing import Any
 import mujoco
 
 from mjtactile.cli.benchmarks.direct import relative_difference
-from mjtactile.cli.benchmarks.timing import median_time, mujoco_tactile_time
+from mjtactile.cli.benchmarks.plugin import mujoco_tactile_time
+from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import MjTactileError

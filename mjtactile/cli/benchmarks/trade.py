@@ -13,8 +13,8 @@ from mjtactile._progress import progress_bar
 from mjtactile.cli.benchmarks.cases import calculix_cases, press_case
 from mjtactile.cli.benchmarks.direct import solve
 from mjtactile.cli.benchmarks.measure import Bench, measure, one_core
+from mjtactile.cli.benchmarks.plugin import mujoco_tactile_time
 from mjtactile.cli.benchmarks.sweep import Choice, sweep
-from mjtactile.cli.benchmarks.timing import mujoco_tactile_time
 from mjtactile.fidelity import Fidelity, mesh_density
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.pad import Pad
