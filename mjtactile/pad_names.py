@@ -20,7 +20,6 @@ _LAYER = frozenset({"thickness", "young", "poisson"})
 _TAXELS = frozenset({"rows", "columns", "pitch", "centre"})
 _FREE = frozenset({"points", "radii"})
 _MESH = frozenset({"kind", "file", "scale", "frame", "smoothing"})
-_LARGEST = 10**18  # largest integer accepted: more than any pad has, and it does not overflow a float
 
 _pads: dict[str, Pad] = {"default": Pad()}
 
@@ -63,7 +62,7 @@ def pad_from_text(text: str) -> Pad:
         raise PadError(
             f"the pad's text is not JSON ({error}): {shortened(text)}. Write it with mjtactile.pad_text."
         ) from error
-    return _pad_of(values)
+    return Pad(**_arguments(values))
 
 
 def pad_from_file(path: str | Path) -> Pad:
@@ -104,7 +103,7 @@ def pad_from_values(values: dict[str, Any], folder: Path) -> Pad:
     taxels, surface = whole["taxels"], whole.pop("surface", None)
     if isinstance(taxels, str):
         free = FreeTaxels.from_file(folder / taxels)
-        taxels = {"points": [list(point) for point in free.points], "radii": free.radii and list(free.radii)}
+        taxels = {"points": free.points, "radii": free.radii}
     elif isinstance(taxels, dict) and "points" in taxels:
         taxels = {"radii": None} | taxels
     elif isinstance(taxels, dict):
@@ -119,11 +118,7 @@ def pad_from_values(values: dict[str, Any], folder: Path) -> Pad:
             return Pad.from_mesh(folder / str(given["file"]), **how, **stack)
         except FileNotFoundError as error:
             raise PadError(f"there is no mesh {given['file']!r} beside the file.") from error
-    return _pad_of(whole if surface is None else whole | {"surface": surface})
-
-
-def _pad_of(values: Any) -> Pad:
-    return Pad(**_arguments(values))
+    return Pad(**_arguments(whole if surface is None else whole | {"surface": surface}))
 
 
 def _arguments(values: Any) -> dict[str, Any]:
@@ -134,11 +129,9 @@ def _arguments(values: Any) -> dict[str, Any]:
     if not isinstance(layers, list):
         raise PadError(f'"layers" = {shortened(layers)}; expected a list of layers, top first.')
     return {
-        "size": _numbers("size", values["size"]),
-        "layers": tuple(_layer(layer) for layer in layers),
+        **values,
+        "layers": tuple(Layer(**_checked("a layer", layer, _LAYER)) for layer in layers),
         "taxels": _taxels(values["taxels"]),
-        "depths": _numbers("depths", values["depths"]),
-        "sampling_radius": _number("sampling_radius", values["sampling_radius"]),
         "surface": surface_from(values["surface"]) if curved else FLAT,
     }
 
@@ -146,14 +139,7 @@ def _arguments(values: Any) -> dict[str, Any]:
 def _taxels(values: Any) -> TaxelGrid | FreeTaxels:
     if isinstance(values, dict) and "points" in values:
         return FreeTaxels(**_checked("free taxels", values, _FREE))
-    taxels = _checked("taxels", values, _TAXELS)
-    for name in ("rows", "columns"):
-        _number(name, taxels[name])
-    return TaxelGrid(**taxels | {name: _numbers(name, taxels[name]) for name in ("pitch", "centre")})
-
-
-def _layer(values: Any) -> Layer:
-    return Layer(**{name: _number(name, value) for name, value in _checked("a layer", values, _LAYER).items()})
+    return TaxelGrid(**_checked("taxels", values, _TAXELS))
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -175,21 +161,6 @@ def _checked(
         known = ", ".join(sorted(names | optional))
         raise PadError(f"{what} has no value {shortened(unknown[0])}. Available: {known}.")
     return values
-
-
-def _numbers(name: str, values: Any) -> Any:
-    """A tuple of numbers; Pad and TaxelGrid check how many there are."""
-    if not isinstance(values, list):
-        raise PadError(f'"{name}" = {shortened(values)}; expected a list of numbers in metres.')
-    return tuple(_number(name, value) for value in values)
-
-
-def _number(name: str, value: Any) -> Any:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise PadError(f'"{name}" = {shortened(value)}; expected a number in SI units.')
-    if isinstance(value, int) and abs(value) > _LARGEST:
-        raise PadError(f'"{name}" has {len(str(value))} digits; expected a number in SI units.')
-    return value
 
 
 def register_pad(name: str, pad: Pad) -> None:

@@ -97,7 +97,7 @@ def test_a_surface_may_be_a_mesh_beside_it(tmp_path):
         ("size = ", "cannot read .* as a pad's TOML file"),
         ("colour = 3", "no value 'colour'"),
         ("taxels = {lines = 3}", "taxels has no value 'lines'"),
-        ('size = "12 mm"', "expected a list of numbers in metres"),
+        ('size = "12 mm"', r"size = '12 mm'; expected two numbers \(x, y\) in metres"),
         ("size = [12, 12]", "lengths in metres"),
         ('surface = {kind = "cone"}', "one of flat, sphere, cylinder, ellipsoid, patch"),
         ('surface = {kind = "sphere"}', 'needs radius|"sphere" does not have just'),
