@@ -10,7 +10,7 @@ from mjtactile.cli.benchmarks.tables import mesh_table
 DESIGN = """
 reference = "draft"
 meshes = ["draft"]
-[[load]]
+[[case]]
 name = "circle, centred"
 shape = "circle"
 force = 10.0

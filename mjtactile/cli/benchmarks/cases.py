@@ -18,8 +18,9 @@ from mjtactile.contact.footprint import Footprint, GapFunction
 from mjtactile.contact.laws import BY_NAME
 from mjtactile.errors import MjTactileError
 from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.geometry.lower_surface import LowerSurface
-from mjtactile.geometry.outlines import INDENTER_NAMES, ellipse, punch_outline
+from mjtactile.geometry.outlines import INDENTER_NAMES, ellipse
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import Area, SurfaceLoad
 from mjtactile.pad import force_vector
@@ -103,19 +104,19 @@ class PressCase:
 
 
 def press_case(case: dict[str, Any]) -> PressCase:
-    """The press that one entry `[[case]]` of benchmarks/trade.toml describes.
+    """The press that an entry `[[case]]` of benchmarks/trade.toml or benchmarks/mesh.toml describes.
 
     Args:
         case: the entry: `name`, `shape`, `force` [gf]; where they differ from 0, place `at` (x, y) [mm], `turn` about
-            the fixed axes x, y and z [deg], `tilt` and `azimuth` of the force [deg]; `radius`, `length` or `size` of a
-            solid [mm]; `orientation`, "free" or "fixed".
+            the fixed axes x, y and z [deg], `tilt` and `azimuth` of the force [deg]; `scale` of a punch [-]; `radius`,
+            `length` or `size` of a solid [mm]; `orientation`, "free" or "fixed".
 
     Raises:
         MjTactileError: the case names a shape that does not exist.
     """
     x, y = case.get("at", (0.0, 0.0))
     rotation = Rotation.from_euler("xyz", case.get("turn", (0.0, 0.0, 0.0)), degrees=True)
-    body = _punch(case["shape"], rotation) if case["shape"] in INDENTER_NAMES else _solid(case, rotation)
+    body = _punch(case, rotation) if case["shape"] in INDENTER_NAMES else _solid(case, rotation)
     return PressCase(
         name=case["name"],
         body=body.moved(x * MILLIMETRE, y * MILLIMETRE),
@@ -148,10 +149,11 @@ def moved_bodies(case: PressCase, count: int, shift: float, seed: int) -> Sequen
     return [case.body.moved(float(x), float(y)) for x, y in shifts]
 
 
-def _punch(name: str, rotation: Rotation) -> Body:
+def _punch(case: dict[str, Any], rotation: Rotation) -> Body:
     """A flat punch turned about the pad's normal. A punch that leans becomes an inclined plane over its outline."""
     matrix = rotation.as_matrix()
-    turned = affinity.rotate(punch_outline(name), np.arctan2(matrix[1, 0], matrix[0, 0]), (0, 0), use_radians=True)
+    outline = indenter_outline(case["shape"], scale=case.get("scale", 1.0))
+    turned = affinity.rotate(outline, np.arctan2(matrix[1, 0], matrix[0, 0]), (0, 0), use_radians=True)
     normal = matrix[:, 2]
     if np.hypot(normal[0], normal[1]) < 1e-12:
         return Body(turned)

@@ -14,20 +14,16 @@ from typing import Any
 
 import mujoco
 
+from mjtactile.cli.benchmarks.cases import press_case
 from mjtactile.cli.benchmarks.direct import relative_difference
 from mjtactile.cli.benchmarks.plugin import mujoco_tactile_time
 from mjtactile.cli.benchmarks.timing import median_time
-from mjtactile.contact.contact_load import contact_load
-from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import MjTactileError
 from mjtactile.fidelity import Fidelity
-from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.influence.cache import CACHE_VARIABLE, cached_path
-from mjtactile.influence.matrices import InfluenceMatrices, load_influence
-from mjtactile.influence.surface_load import SurfaceLoad
-from mjtactile.pad import Pad, force_vector
+from mjtactile.influence.matrices import load_influence
+from mjtactile.pad import Pad
 from mjtactile.sim.assets import asset_path
-from mjtactile.units import GRAM_FORCE, MILLIMETRE
 
 _REPEATS = 30
 
@@ -43,35 +39,33 @@ def mesh_benchmark() -> dict[str, Any]:
     Raises:
         MjTactileError: the tables of a mesh could not be built.
     """
-    cases = tomllib.loads(asset_path("benchmarks/mesh.toml").read_text())
-    pad = Pad()
+    design = tomllib.loads(asset_path("benchmarks/mesh.toml").read_text())
+    cases, pad = [press_case(case) for case in design["case"]], Pad()
     with tempfile.TemporaryDirectory(prefix="mjtactile-bench-") as folder:
-        built = {name: _build_in_fresh_process(name, pad, Path(folder)) for name in cases["meshes"]}
+        built = {name: _build_in_fresh_process(name, pad, Path(folder)) for name in design["meshes"]}
         readings, figures = {}, {}
         for name, (path, build_time, peak_memory) in built.items():
             start = time.perf_counter()
             influence = load_influence(path, pad, Fidelity(mesh=name))
             load_time = time.perf_counter() - start
-            loads = [_load(influence, case) for case in cases["load"]]
+            loads = [case.load(influence) for case in cases]
             readings[name] = [influence.readings(load) for load in loads]
             figures[name] = {
                 "build_s": build_time,
                 "peak_memory_bytes": peak_memory,
                 "table_bytes": path.stat().st_size,
                 "load_s": load_time,
-                "new_footprint_s": median_time(
-                    lambda i=influence: [i.readings(_load(i, c)) for c in cases["load"]], _REPEATS
-                )
+                "new_footprint_s": median_time(lambda i=influence: [i.readings(one.load(i)) for one in cases], _REPEATS)
                 / len(loads),
                 "same_footprint_s": median_time(lambda i=influence, ls=loads: [i.readings(one) for one in ls], _REPEATS)
                 / len(loads),
             }
-        reference = readings[cases["reference"]]
+        reference = readings[design["reference"]]
         for name, values in readings.items():
             errors = [relative_difference(a, b) for a, b in zip(values, reference, strict=True)]
-            figures[name]["errors"] = dict(zip((c["name"] for c in cases["load"]), errors, strict=True))
+            figures[name]["errors"] = dict(zip((case.name for case in cases), errors, strict=True))
     return {
-        "reference": cases["reference"],
+        "reference": design["reference"],
         "meshes": figures,
         "mujoco_version": mujoco.mj_versionString(),
         "mujoco_tactile_s": mujoco_tactile_time(),
@@ -93,15 +87,3 @@ def _build_in_fresh_process(mesh: str, pad: Pad, folder: Path) -> tuple[Path, fl
         raise MjTactileError(f"building mesh {mesh!r} failed: {run.stderr.strip()[-500:]}")
     build_time, peak_memory = json.loads(run.stdout)
     return folder / cached_path(pad, Fidelity(mesh=mesh)).name, build_time, peak_memory
-
-
-def _load(influence: InfluenceMatrices, case: dict[str, Any]) -> SurfaceLoad:
-    x, y = case.get("shift", (0.0, 0.0))
-    outline = indenter_outline(
-        case["shape"],
-        shift=(x * MILLIMETRE, y * MILLIMETRE),
-        rotate_deg=case.get("rotate", 0.0),
-        scale=case.get("scale", 1.0),
-    )
-    force = force_vector(case["force"] * GRAM_FORCE, case.get("tilt", 0.0), case.get("azimuth", 0.0))
-    return contact_load(influence, Footprint.from_outline(outline, influence.surface), force)
