@@ -14,10 +14,11 @@ from threadpoolctl import threadpool_limits
 from mjtactile._types import Array
 from mjtactile.cli.benchmarks.cases import PressCase, moved_bodies
 from mjtactile.cli.benchmarks.direct import relative_difference
-from mjtactile.cli.benchmarks.sweep import Choice, preset_of
+from mjtactile.cli.benchmarks.sweep import plain_values, preset_of
 from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.contact.wrench_basis import WrenchBasis
 from mjtactile.errors import quiet_contacts
+from mjtactile.fidelity import Fidelity
 from mjtactile.influence.cache import cached_path, influence_matrices, stored_path
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.influence.surface_load import SurfaceLoad
@@ -48,11 +49,13 @@ class Bench:
         """The bench that benchmarks/trade.toml describes; `design` is the content of that file."""
         return cls(cases, calculix, design["moves"], design["shift"] * MILLIMETRE, design["wrenches"])
 
-    def loads(self, influence: InfluenceMatrices, choice: Choice) -> list[SurfaceLoad]:
+    def loads(self, influence: InfluenceMatrices) -> list[SurfaceLoad]:
         """Tractions of all cases, then of CalculiX's; shared by fidelities with the same mesh and contact law."""
-        if choice.contact not in self._loads:
-            self._loads[choice.contact] = [case.load(influence) for case in (*self.cases, *self.calculix)]
-        return self._loads[choice.contact]
+        values = plain_values(influence.fidelity)
+        contact = values["mesh"], values["law"], values["cells"]
+        if contact not in self._loads:
+            self._loads[contact] = [case.load(influence) for case in (*self.cases, *self.calculix)]
+        return self._loads[contact]
 
 
 @contextmanager
@@ -62,29 +65,29 @@ def one_core() -> Iterator[None]:
         yield
 
 
-def measure(choice: Choice, bench: Bench) -> dict[str, Any]:
-    """Measure the time, size and errors of one choice: a row of the table.
+def measure(fidelity: Fidelity, bench: Bench) -> dict[str, Any]:
+    """Measure the time, size and errors of one fidelity: a row of the table.
 
     Returns:
-        The choice's values; "preset", its name or None; "table_bytes", the size of its tables; "load_s", the time to
+        Its `plain_values`; "preset", its name or None; "table_bytes", the size of its tables; "load_s", the time to
         load them [s]; and by name of a case: "errors" against the reference [-], "calculix", the errors against
         CalculiX [-], "moved_s", the time after a move [s], "unchanged_s", the time under a new wrench on the same
         footprint [s], and "cache_error", the error of the kept wrench basis against a new solution [-].
     """
-    built = influence_matrices(fidelity=choice.fidelity)
+    built = influence_matrices(fidelity=fidelity)
     with one_core():
-        loads = bench.loads(built, choice)
-        path = stored_path(Pad(), choice.fidelity) or cached_path(Pad(), choice.fidelity)
+        loads = bench.loads(built)
+        path = stored_path(Pad(), fidelity) or cached_path(Pad(), fidelity)
         start = time.perf_counter()
-        influence = load_influence(path, Pad(), choice.fidelity)
+        influence = load_influence(path, Pad(), fidelity)
         influence.readings(loads[0])
         load_time = time.perf_counter() - start
         readings = influence.readings(loads)
         read = dict(zip((case.name for case in (*bench.cases, *bench.calculix)), readings, strict=True))
         unchanged = {case.name: _unchanged(case, influence, bench.wrenches) for case in bench.cases}
         return {
-            **choice.as_dict(),
-            "preset": preset_of(choice),
+            **plain_values(fidelity),
+            "preset": preset_of(fidelity),
             "table_bytes": path.stat().st_size,
             "load_s": load_time,
             "errors": {case.name: relative_difference(read[case.name], bench.truth[case.name]) for case in bench.cases},

@@ -14,7 +14,7 @@ from mjtactile.cli.benchmarks.cases import calculix_cases, press_case
 from mjtactile.cli.benchmarks.direct import solve
 from mjtactile.cli.benchmarks.measure import Bench, measure, one_core
 from mjtactile.cli.benchmarks.plugin import mujoco_tactile_time
-from mjtactile.cli.benchmarks.sweep import Choice, sweep
+from mjtactile.cli.benchmarks.sweep import plain_values, sweep
 from mjtactile.fidelity import Fidelity, mesh_density
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.pad import Pad
@@ -31,7 +31,7 @@ def trade_benchmark(*, quick: bool = False, progress: bool = True) -> dict[str, 
         progress: show a progress bar on a terminal.
 
     Returns:
-        "reference", the values of the reference's choice; "rows", one result of `measure.measure` per choice; "flat",
+        "reference", the values of the reference; "rows", one result of `measure.measure` per fidelity; "flat",
         names of the cases with a flat face; "direct_s", the time of one direct solution by mesh [s];
         "mujoco_version"; and "mujoco_tactile_s", the time that MuJoCo's own tactile sensor adds to a step [s].
     """
@@ -41,12 +41,11 @@ def trade_benchmark(*, quick: bool = False, progress: bool = True) -> dict[str, 
     wanted = design.get("cases")
     cases = [press_case(case) for case in design["case"] if wanted is None or case["name"] in wanted]
     bench = Bench.of(design, cases, calculix_cases())
-    reference = Choice.of(Fidelity(**design["reference"]))
+    reference = Fidelity(**design["reference"])
     _measure_truth(reference, bench)
-    choices = sweep(design)
     return {
-        "reference": reference.as_dict(),
-        "rows": [measure(choice, bench) for choice in _tracked(choices, progress)],
+        "reference": plain_values(reference),
+        "rows": [measure(fidelity, bench) for fidelity in _tracked(sweep(design), progress)],
         "direct_s": {mesh: _direct_time(mesh, bench) for mesh in design["direct"]},
         "flat": [case.name for case in cases if case.is_flat],
         "mujoco_version": mujoco.mj_versionString(),
@@ -60,9 +59,9 @@ def _quick(design: dict[str, Any]) -> dict[str, Any]:
     return {**design, **quick, "product": product, "around": {}}
 
 
-def _measure_truth(reference: Choice, bench: Bench) -> None:
+def _measure_truth(reference: Fidelity, bench: Bench) -> None:
     """Fill in the readings of the reference, with which all others are compared."""
-    influence = influence_matrices(fidelity=reference.fidelity)
+    influence = influence_matrices(fidelity=reference)
     with one_core():
         readings = influence.readings([case.load(influence) for case in bench.cases])
     bench.truth.update({case.name: values for case, values in zip(bench.cases, readings, strict=True)})
@@ -78,8 +77,8 @@ def _direct_time(mesh: str, bench: Bench) -> float:
         return time.perf_counter() - start
 
 
-def _tracked(choices: Sequence[Choice], progress: bool) -> Iterator[Choice]:
-    with progress_bar("measuring", len(choices), wanted=progress) as advance:
-        for choice in choices:
-            yield choice
+def _tracked(fidelities: Sequence[Fidelity], progress: bool) -> Iterator[Fidelity]:
+    with progress_bar("measuring", len(fidelities), wanted=progress) as advance:
+        for fidelity in fidelities:
+            yield fidelity
             advance(1)
