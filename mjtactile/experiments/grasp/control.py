@@ -142,6 +142,11 @@ class Ride:
         self._speed += float(np.clip(wanted - self._speed, -4.0 * change, change))
         return self._robot.move(self._axis, self.left, speed=max(self._speed, 0.0))
 
+    def finish(self) -> None:
+        """Move until the position is reached."""
+        while not self.arrived:
+            self.tick()
+
 
 def raise_object(robot: Arm, law: GripLaw, height: float, *, speed: float) -> None:
     """Lift the held object while the grip follows the load; the motion halts when the object is about to slip.
@@ -155,13 +160,10 @@ def raise_object(robot: Arm, law: GripLaw, height: float, *, speed: float) -> No
     start = robot.time
     # The first millimetres are slow, because the load increases until the object leaves the table.
     slow = Ride(robot, "z", robot.place["z"] + 2e-3, speed=6e-3)
-    while not slow.arrived and robot.time < start + 3.0:
-        felt = slow.tick(halt=not law.secure(robot.felt))
-        robot.grip = law.step(robot.grip, felt)
-    ride = Ride(robot, "z", height, speed=speed)
-    while not ride.arrived and robot.time < start + 6.0:
-        felt = ride.tick(halt=not law.secure(robot.felt))
-        robot.grip = law.step(robot.grip, felt)
+    for ride, limit in ((slow, 3.0), (Ride(robot, "z", height, speed=speed), 6.0)):
+        while not ride.arrived and robot.time < start + limit:
+            felt = ride.tick(halt=not law.secure(robot.felt))
+            robot.grip = law.step(robot.grip, felt)
 
 
 def hold(robot: Arm, law: GripLaw, time: float) -> None:

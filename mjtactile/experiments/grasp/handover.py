@@ -65,9 +65,7 @@ def hand_over(task: HandoverTask, touch: TouchSense, *, fidelity: str, blind: bo
     judge.begin(robot)
     robot.grip *= 1.1
     if blind:
-        ride = Ride(robot, "z", robot.place["z"] - sum(DEPTHS) / 2, speed=_LOWERING)
-        while not ride.arrived:
-            ride.tick()
+        Ride(robot, "z", robot.place["z"] - sum(DEPTHS) / 2, speed=_LOWERING).finish()
     else:
         lower(robot, robot.place["z"] - DEPTHS[1] - _BEYOND, speed=_LOWERING)
     drop = judge.height(robot) - task.lift.size[2] / 2 - top

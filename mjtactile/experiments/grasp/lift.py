@@ -143,16 +143,12 @@ def lift(task: LiftTask, touch: TouchSense, *, fidelity: str, blind_grip: float 
 
 def lift_blindly(robot: Robot, judge: Judge, grip: float) -> None:
     """Lift the object with a constant grip [N] by the same motion as the tactile controller."""
-    robot.grip = CLOSING_GRIP
-    while robot.time < _BLIND_TIME:
-        robot.tick()
-    robot.grip = grip
-    while robot.time < _BLIND_TIME + 0.2:
-        robot.tick()
+    for force, until in ((CLOSING_GRIP, _BLIND_TIME), (grip, _BLIND_TIME + 0.2)):
+        robot.grip = force
+        while robot.time < until:
+            robot.tick()
     judge.begin(robot)
-    ride = Ride(robot, "z", RISE, speed=SPEED)
-    while not ride.arrived:
-        ride.tick()
+    Ride(robot, "z", RISE, speed=SPEED).finish()
     for _ in range(round(HOLD_TIME / robot.period)):
         robot.tick()
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from mjtactile.experiments.grasp.control import GripLaw, SlipReflex, close, hold, raise_object, rub
 from mjtactile.experiments.grasp.disturbances import Disturbance, disturbance
-from mjtactile.experiments.grasp.judge import CRUSHING, Judge
+from mjtactile.experiments.grasp.judge import CRUSHING
 from mjtactile.experiments.grasp.lift import LiftTask, lift_task
 from mjtactile.experiments.grasp.robot import Robot
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
@@ -86,8 +86,7 @@ class HeldObject:
         judge.begin(robot)
         judge.peak = 0.0
         robot.steps_per_tick = _STEPS
-        reflex = SlipReflex(law, robot.grip, robot.period)
-        alarm, slid = _watch(robot, judge, happens, reflex, self._task, self._reacts)
+        alarm, slid = self._watch(happens, SlipReflex(law, robot.grip, robot.period))
         return {
             "kind": happens.kind,
             "held": True,
@@ -100,28 +99,25 @@ class HeldObject:
             "rise": happens.rise,
         }
 
+    def _watch(self, happens: Disturbance, reflex: SlipReflex) -> tuple[float | None, float | None]:
+        """Run the simulation until the disturbance is over.
 
-def _watch(
-    robot: Robot, judge: Judge, happens: Disturbance, reflex: SlipReflex, task: LiftTask, reacts: bool
-) -> tuple[float | None, float | None]:
-    """Run the simulation until the disturbance is over.
-
-    Returns:
-        Time of the alarm after the beginning of the disturbance [s] and the distance that the object had slid by then
-        [m]; both None without an alarm.
-    """
-    begun, height = robot.time, robot.place["z"]
-    holds = _holds(robot, task.friction)
-    alarm = slid = None
-    while robot.time - begun < happens.start + _WATCH:
-        happens.apply(robot, begun, holds, task.friction)
-        robot.place["z"] = height + happens.shaken(robot.time - begun)
-        grip = reflex.step(robot.tick())
-        if reacts:
-            robot.grip = grip
-        if alarm is None and reflex.alarmed:
-            alarm, slid = robot.time - begun - happens.start, judge.slid
-    return alarm, slid
+        Returns:
+            Time of the alarm after the beginning of the disturbance [s] and the distance that the object had slid by
+            then [m]; both None without an alarm.
+        """
+        robot, friction = self._robot, self._task.friction
+        begun, height, holds = robot.time, robot.place["z"], _holds(robot, friction)
+        alarm = slid = None
+        while robot.time - begun < happens.start + _WATCH:
+            happens.apply(robot, begun, holds, friction)
+            robot.place["z"] = height + happens.shaken(robot.time - begun)
+            grip = reflex.step(robot.tick())
+            if self._reacts:
+                robot.grip = grip
+            if alarm is None and reflex.alarmed:
+                alarm, slid = robot.time - begun - happens.start, self._judge.slid
+        return alarm, slid
 
 
 def _holds(robot: Robot, friction: float) -> float:

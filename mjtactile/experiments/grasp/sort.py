@@ -145,9 +145,7 @@ def grip_in_the_middle(robot: Robot, touch: PunchTouch) -> bool:
         left, right = np.mean(places, axis=0) / _SEEMING
         let_go(robot)
         for axis, offset in (("y", (left[0] - right[0]) / 2), ("z", (left[1] + right[1]) / 2)):
-            ride = Ride(robot, axis, robot.place[axis] + float(offset), speed=_SPEED)
-            while not ride.arrived:
-                ride.tick()
+            Ride(robot, axis, robot.place[axis] + float(offset), speed=_SPEED).finish()
     return close(robot)
 
 
