@@ -5,18 +5,15 @@ from __future__ import annotations
 from functools import lru_cache
 from pathlib import Path
 
-import mujoco
-import numpy as np
-
 from mjtactile._types import Array
 from mjtactile.experiments.grasp.known import PadLoads
-from mjtactile.experiments.grasp.touch import CONTACT_THRESHOLD, no_loads, read_pads
+from mjtactile.experiments.grasp.touch import RecognisedTouch
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.pad import Pad
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser, load
 
 
-class PunchTouch:
+class PunchTouch(RecognisedTouch):
     """Loads and shapes of punches on the pads, recognised from readings with noise.
 
     Args:
@@ -25,22 +22,9 @@ class PunchTouch:
         weights: folder of the recognisers' weights; by default those of the package.
     """
 
-    reads = True
-
     def __init__(self, *, noise: float, seed: tuple[int, ...], weights: str | None = None) -> None:
-        self._force, self._shape = punch_recognisers(weights)
-        self._noise, self._drawn = noise, np.random.default_rng(seed)
-
-    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
-        """The recognised loads; the pads must have been read in this step."""
-        readings = read_pads(data, self._noise, self._drawn)
-        felt = no_loads(readings)
-        touched = readings.mean(axis=(1, 2, 3)) > CONTACT_THRESHOLD
-        if touched.any():
-            found = self._force(readings[touched])
-            felt.pressing[touched], felt.tangential[touched] = -found.force[:, 2], found.force[:, :2]
-            felt.centre[touched] = found.position
-        return felt
+        force, self._shape = punch_recognisers(weights)
+        super().__init__(force, noise=noise, seed=seed)
 
     def look(self, felt: PadLoads) -> tuple[Array, Array]:
         """Probabilities of the seven shapes, (7,), and the position of the shape's centre on each pad [m], (pads, 2).

@@ -16,8 +16,8 @@ from mjtactile._types import Array
 from mjtactile.experiments.grasp.known import PadLoads
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 from mjtactile.pad import Pad
-from mjtactile.recognition import load
-from mjtactile.recognition.grasp import GraspRecogniser, grasp_targets
+from mjtactile.recognition import ForceRecogniser, load
+from mjtactile.recognition.grasp import GraspRecogniser, GraspResult, grasp_targets
 from mjtactile.sim.wrench import contact_wrenches
 
 #: A pad is in contact if the mean of its readings is above this [Pa], at about 0.05 N; noise contributes a tenth of it.
@@ -41,43 +41,35 @@ class TouchSense(Protocol):
         ...
 
 
-def read_pads(data: mujoco.MjData, noise: float, drawn: np.random.Generator) -> Array:
-    """Readings of the gripper's pads with noise, (pads, layers, rows, columns) [Pa].
-
-    Args:
-        data: state of the simulation, in whose last step the pads were read.
-        noise: standard deviation of white noise over a pad's largest reading [-].
-        drawn: generator of the noise.
-    """
-    readings = np.array([data.sensor(name).data.reshape(_READING_SHAPE) for name in GRIPPER_PADS])
-    peaks = readings.max(axis=(1, 2, 3))
-    return readings + noise * peaks[:, None, None, None] * drawn.standard_normal(readings.shape)
-
-
 class RecognisedTouch:
     """Loads recognised from the pads' readings with noise.
 
     Args:
-        recogniser: recogniser of force and torsional moment.
+        recogniser: recogniser of a grasp's force and torsional moment, or of force and position alone.
         noise: standard deviation of white noise over a pad's largest reading [-].
         seed: seed of the noise.
     """
 
     reads = True
 
-    def __init__(self, recogniser: GraspRecogniser, *, noise: float, seed: tuple[int, ...]) -> None:
+    def __init__(self, recogniser: GraspRecogniser | ForceRecogniser, *, noise: float, seed: tuple[int, ...]) -> None:
         self._recogniser, self._noise = recogniser, noise
         self._drawn = np.random.default_rng(seed)
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
         """The recognised loads; the pads must have been read in this step."""
-        readings = read_pads(data, self._noise, self._drawn)
+        readings = np.array([data.sensor(name).data.reshape(_READING_SHAPE) for name in GRIPPER_PADS])
+        peaks = readings.max(axis=(1, 2, 3))
+        readings += self._noise * peaks[:, None, None, None] * self._drawn.standard_normal(readings.shape)
         touched = readings.mean(axis=(1, 2, 3)) > CONTACT_THRESHOLD
         felt = no_loads(readings)
         if touched.any():
             found = self._recogniser(readings[touched])
-            felt.pressing[touched], felt.tangential[touched] = found.pressing, found.force[:, :2]
-            felt.centre[touched], felt.twist[touched] = found.centre, found.twist
+            felt.pressing[touched], felt.tangential[touched] = -found.force[:, 2], found.force[:, :2]
+            if isinstance(found, GraspResult):
+                felt.centre[touched], felt.twist[touched] = found.centre, found.twist
+            else:
+                felt.centre[touched] = found.position
         return felt
 
 
