@@ -95,19 +95,15 @@ def bench_extremes(as_json: AsJson = False) -> None:
     """Measure the error at the limits of pads, loads and inputs, or show the error message there."""
     from mjtactile.cli.benchmarks.extremes import extremes_benchmark, extremes_table
 
-    result = extremes_benchmark()
-    typer.echo(json_text(result) if as_json else extremes_table(result))
+    _show(extremes_benchmark, extremes_table, "extremes", as_json, None)
 
 
 @bench_app.command("today")
 def bench_today(page: PageOption = None) -> None:
     """Compare mjtactile with other sensors, from the stored results of `trade` and `plugin`; measure nothing."""
-    from mjtactile.cli.benchmarks.tables import stored_runs, table_on_page, today_table
+    from mjtactile.cli.benchmarks.tables import stored_runs, today_table
 
-    write = table_on_page(page, "today")
-    table = today_table(**stored_runs())
-    typer.echo(table)
-    write(table)
+    _show(stored_runs, lambda runs: today_table(**runs), "today", False, page)
 
 
 def _show(

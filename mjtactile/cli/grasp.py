@@ -12,15 +12,15 @@ import typer
 from mjtactile.cli.options import (
     AsJson,
     FidelityOption,
+    NoiseOption,
     PageOption,
     RayAddressOption,
     RayOption,
     WorkersOption,
-    finite,
     json_text,
 )
 from mjtactile.fidelity import DEFAULT
-from mjtactile.units import MOST_NOISE, MOST_SEED
+from mjtactile.units import MOST_SEED
 
 if TYPE_CHECKING:
     from mjtactile.experiments.grasp.statistics import Report
@@ -37,12 +37,6 @@ _MOST_TRIALS = 1_000_000
 
 Seed = Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Seed of objects, disturbances and noise.")]
 Trials = Annotated[int, typer.Option(min=1, max=_MOST_TRIALS, help="Number of trials of each condition.")]
-Noise = Annotated[
-    float,
-    typer.Option(
-        min=0.0, max=MOST_NOISE, callback=finite, help="Standard deviation of noise over a pad's largest reading [-]."
-    ),
-]
 Weights = Annotated[
     Path | None,
     typer.Option(help="Folder of other weights, or one with their subfolders all and grasp.  [default: the package's]"),
@@ -60,7 +54,7 @@ def _add_command(experiment: str, told: str) -> None:
         workers: WorkersOption = 2,
         ray: RayOption = False,
         ray_address: RayAddressOption = None,
-        noise: Noise = 0.01,
+        noise: NoiseOption = 0.01,
         fidelity: FidelityOption = DEFAULT,
         weights: Weights = None,
         out: Out = None,

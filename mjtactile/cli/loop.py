@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mjtactile.cli.options import AsJson, FidelityOption, finite, json_text
+from mjtactile.cli.options import AsJson, FidelityOption, NoiseOption, json_text
 from mjtactile.fidelity import DEFAULT
-from mjtactile.units import MOST_NOISE, MOST_SEED
+from mjtactile.units import MOST_SEED
 
 if TYPE_CHECKING:
     from mjtactile.experiments.loop.clock import Loop, LoopSettings
@@ -30,12 +30,7 @@ def loop(
     presses: Annotated[int, typer.Option(min=0, max=_MOST_PRESSES, help="Number of commanded forces.")] = 4,
     sort: Annotated[bool, typer.Option(help="Sort the seven punches.")] = True,
     rate: Annotated[int, typer.Option(help="Rate of readings and recognition in simulated time [Hz].")] = 200,
-    noise: Annotated[
-        float,
-        typer.Option(
-            min=0.0, max=MOST_NOISE, callback=finite, help="Standard deviation of noise over the largest reading [-]."
-        ),
-    ] = 0.01,
+    noise: NoiseOption = 0.01,
     transducer: Annotated[bool, typer.Option("--transducer", help="Read through imperfect capacitive cells.")] = False,
     fidelity: FidelityOption = DEFAULT,
     layers: Annotated[str, typer.Option(help="Sensing layers that recognisers use: all or top.")] = "all",

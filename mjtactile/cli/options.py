@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from mjtactile.fidelity import PRESETS
+from mjtactile.units import MOST_NOISE
 
 
 def finite(value: float | None) -> float | None:
@@ -66,6 +67,12 @@ FidelityOption = Annotated[
     str,
     typer.Option(
         help="Fidelity of the readings: fast, balanced, precise or accurate.", autocompletion=lambda: list(PRESETS)
+    ),
+]
+NoiseOption = Annotated[
+    float,
+    typer.Option(
+        min=0.0, max=MOST_NOISE, callback=finite, help="Standard deviation of noise over a pad's largest reading [-]."
     ),
 ]
 PadOption = Annotated[
