@@ -21,7 +21,7 @@ from mjtactile.recognition.force import ForceRecogniser, ForceResult
 from mjtactile.recognition.grasp import GraspRecogniser, GraspResult
 from mjtactile.recognition.pose import POSE_KINDS, PoseModule
 from mjtactile.recognition.registry import Entry, holds_registry, read_registry, stored_module
-from mjtactile.recognition.shape import ModuleStack, ShapeModule, ShapeRecogniser, ShapeResult
+from mjtactile.recognition.shape import ShapeModule, ShapeRecogniser, ShapeResult
 from mjtactile.recognition.weight_files import SHIPPED, Stored, check_pad
 
 __all__ = [
@@ -100,17 +100,12 @@ def load(
     check_pad(view, pad)
     if name != "shape":
         recogniser = GraspRecogniser if name == "grasp" else ForceRecogniser
-        stored = stored_module(where, _entry(registry, name, where))
-        return recogniser.from_stored(PrincipalComponents.from_stored(view), stored)
-    poses = [PoseModule.from_stored(stored_module(where, _entry(registry, kind, where))) for kind in POSE_KINDS]
-    chosen = [entry for entry in registry.values() if entry.kind == "shape" and not entry.optional]
-    chosen += [_entry(registry, f"shape {shape}", where) for shape in also]
-    unique = {entry.name: entry for entry in chosen}
-    shapes = tuple(ShapeModule.from_stored(stored_module(where, entry)) for entry in unique.values())
-    position, size, orientation = poses
-    return ShapeRecogniser(
-        PrincipalComponents.from_stored(view), (position, size, orientation), shapes, ModuleStack(shapes)
-    )
+        return recogniser.from_stored(PrincipalComponents.from_stored(view), _stored(registry, name, where))
+    position, size, orientation = (PoseModule.from_stored(_stored(registry, kind, where)) for kind in POSE_KINDS)
+    names = [entry.name for entry in registry.values() if entry.kind == "shape" and not entry.optional]
+    names += [f"shape {shape}" for shape in also]
+    shapes = tuple(ShapeModule.from_stored(_stored(registry, one, where)) for one in dict.fromkeys(names))
+    return ShapeRecogniser(PrincipalComponents.from_stored(view), (position, size, orientation), shapes)
 
 
 def modules(*, layers: str | None = None, folder: str | Path | None = None) -> dict[str, Entry]:
@@ -161,7 +156,7 @@ def _weights(layers: str | None, folder: str | Path | None, *, grasp: bool = Fal
 
 def _view(registry: dict[str, Entry], where: Path, layers: str | None) -> Stored:
     """The principal components in a folder, whose layers must be those that are asked for."""
-    stored = stored_module(where, _entry(registry, "view", where))
+    stored = _stored(registry, "view", where)
     count = stored.reading_shape[0]
     if layers is not None and stored.layers != {"all": tuple(range(count)), "top": (0,)}[layers]:
         raise RecognitionError(
@@ -171,7 +166,7 @@ def _view(registry: dict[str, Entry], where: Path, layers: str | None) -> Stored
     return stored
 
 
-def _entry(registry: dict[str, Entry], name: str, folder: Path) -> Entry:
+def _stored(registry: dict[str, Entry], name: str, folder: Path) -> Stored:
     if name not in registry:
         raise RecognitionError(f"there is no module '{name}' in {folder}. Available: {', '.join(sorted(registry))}.")
-    return registry[name]
+    return stored_module(folder, registry[name])

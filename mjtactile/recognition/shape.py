@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -104,13 +105,16 @@ class ShapeRecogniser:
         view: principal components for the features.
         poses: modules for position, size and orientation, in this order.
         modules: one module for each shape.
-        stack: the modules' networks, evaluated together.
     """
 
     view: PrincipalComponents
     poses: tuple[PoseModule, PoseModule, PoseModule]
     modules: tuple[ShapeModule, ...]
-    stack: ModuleStack
+
+    @cached_property
+    def _stack(self) -> ModuleStack:
+        """The modules' networks, evaluated together."""
+        return ModuleStack(self.modules)
 
     @property
     def shapes(self) -> tuple[str, ...]:
@@ -144,7 +148,7 @@ class ShapeRecogniser:
         """
         chosen = self._chosen(among)
         scaled = [module.scaled(seen) for module in self.poses]
-        scores = self.stack(shape_inputs(seen, scaled))[:, chosen].astype(np.float64)
+        scores = self._stack(shape_inputs(seen, scaled))[:, chosen].astype(np.float64)
         weights = np.exp(scores - scores.max(axis=1, keepdims=True))
         probabilities = weights / weights.sum(axis=1, keepdims=True)
         names = [self.modules[k].shape for k in chosen]
