@@ -17,10 +17,8 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.errors import DatasetError, shortened
-from mjtactile.transducer.array import Transducer
-from mjtactile.transducer.capacitive import CapacitiveCell
+from mjtactile.transducer.array import ELEMENTS, Transducer
 from mjtactile.transducer.imperfections import Imperfections
-from mjtactile.transducer.piezoresistive import PiezoresistiveElement
 from mjtactile.units import finite_number
 
 
@@ -71,7 +69,6 @@ def transducer_for(values: dict[str, Any], shape: tuple[int, ...], seed: int) ->
                 "dataset is a single sample of a new array. Leave it out."
             )
     name = values.get("name")
-    if name not in ("capacitive", "piezoresistive"):
-        raise DatasetError(f"[transducer] name = {name!r}; expected 'capacitive' or 'piezoresistive'.")
-    kind = CapacitiveCell if name == "capacitive" else PiezoresistiveElement
-    return Transducer(kind.with_range(full_scale), imperfections, shape=shape, seed=seed)
+    if not (isinstance(name, str) and name in ELEMENTS):
+        raise DatasetError(f"[transducer] name = {name!r}; expected {' or '.join(map(repr, ELEMENTS))}.")
+    return Transducer(ELEMENTS[name].with_range(full_scale), imperfections, shape=shape, seed=seed)

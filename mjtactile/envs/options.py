@@ -13,12 +13,11 @@ from mjtactile.attach import pad_table
 from mjtactile.errors import EnvError, PresetError, SceneError, shortened
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity
 from mjtactile.pad import Pad
+from mjtactile.transducer.array import ELEMENTS
 from mjtactile.units import finite_number, is_whole
 
 #: Kinds of observations of the pads.
 OBSERVATIONS = ("readings", "pascals", "wrench", "recognised", "none")
-#: Kinds of transducers.
-TRANSDUCERS = ("capacitive", "piezoresistive")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,10 +49,10 @@ class TouchOptions:
             as_fidelity(self.fidelity)
         except PresetError as error:
             raise EnvError(str(error)) from error
-        known = self.transducer is None or (isinstance(self.transducer, str) and self.transducer in TRANSDUCERS)
+        known = self.transducer is None or (isinstance(self.transducer, str) and self.transducer in ELEMENTS)
         if not known:
             raise EnvError(
-                f"transducer = {self.transducer!r} does not exist. Available: {', '.join(TRANSDUCERS)}, or None."
+                f"transducer = {self.transducer!r} does not exist. Available: {', '.join(ELEMENTS)}, or None."
             )
         if self.transducer is not None and self.observation in ("wrench", "none"):
             raise EnvError(

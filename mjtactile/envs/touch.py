@@ -16,10 +16,8 @@ from mjtactile.attach import add_pad_sensor, pad_table
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.fidelity import fidelity_text
-from mjtactile.transducer.array import Transducer
-from mjtactile.transducer.capacitive import CapacitiveCell
+from mjtactile.transducer.array import ELEMENTS, Transducer
 from mjtactile.transducer.imperfections import TYPICAL
-from mjtactile.transducer.piezoresistive import PiezoresistiveElement
 
 if TYPE_CHECKING:
     from mjtactile.recognition import ForceRecogniser
@@ -204,10 +202,9 @@ class PadObserver:
 
 
 def _transducer(kind: str, shape: tuple[int, ...], seed: int) -> Transducer:
-    of_kind = CapacitiveCell if kind == "capacitive" else PiezoresistiveElement
     # Free taxels have no neighbours, so there is no crosstalk between them.
     imperfections = replace(TYPICAL, crosstalk=0.0) if len(shape) == 1 else TYPICAL
-    return Transducer(of_kind.with_range(FULL_SCALE), imperfections, shape=shape, seed=seed)
+    return Transducer(ELEMENTS[kind].with_range(FULL_SCALE), imperfections, shape=shape, seed=seed)
 
 
 #: Least mean reading for a centroid [Pa].

@@ -18,11 +18,14 @@ from mjtactile.errors import TransducerError, of_type, shortened
 from mjtactile.transducer.capacitive import CapacitiveCell
 from mjtactile.transducer.checks import require_numbers
 from mjtactile.transducer.imperfections import Imperfections, coupled, lagging
+from mjtactile.transducer.piezoresistive import PiezoresistiveElement
 from mjtactile.units import is_whole
 
 #: The converter's range extends this far below the signal at rest, over the full signal [-], so that noise at rest is
 #: not clipped.
 HEADROOM = 0.05
+#: Kinds of elements by the names that environments and datasets use.
+ELEMENTS = {"capacitive": CapacitiveCell, "piezoresistive": PiezoresistiveElement}
 
 
 @runtime_checkable
