@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,9 @@ import numpy.typing as npt
 from mjtactile._installed import require
 from mjtactile._types import Tables
 from mjtactile.errors import MjTactileError, OutputError
+
+if TYPE_CHECKING:
+    from filelock import FileLock
 
 #: Image formats in which figures can be written, as file name extensions.
 FIGURE_KINDS = ("png", "pdf", "svg", "eps", "jpg", "jpeg", "tif", "tiff", "webp")
@@ -244,6 +247,29 @@ def replacing(target: Path, prefix: str) -> Iterator[IO[bytes]]:
             partial.replace(target)
         finally:
             partial.unlink(missing_ok=True)
+
+
+def lock_file(path: Path, busy: str, error: type[MjTactileError]) -> FileLock:
+    """Lock a file of a dataset at once; `release()` unlocks it. Where the file system has no locks, it is not locked.
+
+    Raises:
+        MjTactileError: `error`: with the text `busy` if another process has locked the file, or if it cannot be used.
+    """
+    from filelock import FileLock, Timeout
+
+    lock = FileLock(path)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise error(busy) from None
+    except NotImplementedError:  # a file system without locks
+        pass
+    except (OSError, ValueError) as failure:
+        raise error(
+            f"cannot lock {path}: {why_unread(failure)}. That file keeps other writers out while the dataset is made. "
+            "Move or delete what is there, or name a folder where you can write."
+        ) from failure
+    return lock
 
 
 def _target(path: Path) -> Path:

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mjtactile._files import PARTIAL, check_writable, make_folder, path_from, unusable
+from mjtactile._files import PARTIAL, check_writable, lock_file, make_folder, path_from, unusable
 from mjtactile._installed import require
 from mjtactile._progress import progress_bar
 from mjtactile._types import Array
@@ -563,19 +563,10 @@ def _alone(folder: Path) -> Iterator[None]:
     """Lock the folder against other processes that make datasets, and remove partial files of killed processes.
 
     Raises:
-        DatasetError: another process has locked the folder.
+        DatasetError: another process has locked the folder, or the lock file cannot be used.
     """
-    from filelock import FileLock, Timeout
-
-    lock = FileLock(folder / ".lock")
-    try:
-        lock.acquire(timeout=0)
-    except Timeout:
-        raise DatasetError(
-            f"another process is making the dataset in {folder}. Wait for it, or choose another folder."
-        ) from None
-    except NotImplementedError:  # a file system without locks
-        pass
+    busy = f"another process is making the dataset in {folder}. Wait for it, or choose another folder."
+    lock = lock_file(folder / ".lock", busy, DatasetError)
     try:
         if lock.is_locked:
             for left in folder.glob(f".*{PARTIAL}"):

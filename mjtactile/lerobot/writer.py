@@ -23,9 +23,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-from filelock import FileLock, Timeout
 
-from mjtactile._files import PARTIAL, make_folder, path_from, why_unread, write_atomically
+from mjtactile._files import PARTIAL, lock_file, make_folder, path_from, write_atomically
 from mjtactile.errors import DatasetError, of_type, shortened
 from mjtactile.lerobot.features import Feature
 from mjtactile.lerobot.statistics import Statistics, column_statistics, joined
@@ -88,7 +87,6 @@ class LeRobotWriter:
         self._frames, self._file, self._written = 0, 0, 0
         self._open: Any = None
         self._lock_file = self._partial.with_name(self._partial.name + _LOCK)
-        self._lock = FileLock(self._lock_file)
         self._entered = False
 
     def __enter__(self) -> LeRobotWriter:
@@ -100,7 +98,8 @@ class LeRobotWriter:
             OutputError: it cannot be made.
         """
         make_folder(self._partial.parent)
-        self._acquire()
+        busy = f"another writer is making the dataset {self._folder}. Close it first, or name another folder."
+        self._lock = lock_file(self._lock_file, busy, DatasetError)
         try:
             self._remove_partial()
             make_folder(self._partial)
@@ -109,26 +108,6 @@ class LeRobotWriter:
             raise
         self._entered = True
         return self
-
-    def _acquire(self) -> None:
-        """Lock the dataset's name against other writers.
-
-        Raises:
-            DatasetError: another writer has locked it, or the lock file cannot be used.
-        """
-        try:
-            self._lock.acquire(timeout=0)
-        except Timeout:
-            raise DatasetError(
-                f"another writer is making the dataset {self._folder}. Close it first, or name another folder."
-            ) from None
-        except NotImplementedError:  # a file system without locks
-            pass
-        except (OSError, ValueError) as error:
-            raise DatasetError(
-                f"cannot lock {self._lock_file}: {why_unread(error)}. That file keeps other writers out while the "
-                "dataset is made. Move or delete what is there, or name a folder where you can write."
-            ) from error
 
     def _release(self) -> None:
         """Delete the lock file, and let other writers in."""
