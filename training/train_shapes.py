@@ -83,7 +83,7 @@ def write_examples(lesson: Lesson, count: int, called: np.ndarray) -> None:
 
     Spheres, which look like no punch, are few.
     """
-    chosen = choose(lesson.presses, count, ("sphere",), lesson.config.seed)
+    chosen = choose(lesson.presses, count, lesson.config.seed)
     kept = replace(Examples.of(lesson.presses, chosen), shapes=called[chosen])
     lesson.write(EXAMPLES, "examples", kept.arrays(), 0.0, shapes=kept.names)
 

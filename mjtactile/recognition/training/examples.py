@@ -92,17 +92,16 @@ def read_examples(folder: Path, view: PrincipalComponents) -> Examples | None:
     return Examples.from_stored(stored, view)
 
 
-def choose(presses: Presses, count: int, rare: tuple[str, ...], seed: int) -> np.ndarray:
-    """Indices of presses to keep as examples, in ascending order.
+def choose(presses: Presses, count: int, seed: int) -> np.ndarray:
+    """Indices of presses to keep as examples, in ascending order; spheres get a quarter of what other shapes get.
 
     Args:
         presses: the presses to choose from.
         count: number of examples, approximately.
-        rare: names of shapes that get a quarter of the examples that each other shape gets.
         seed: seed of the choice.
     """
     names, of = np.unique(presses.shapes, return_inverse=True)
-    share = np.where(np.isin(names, rare), 0.25, 1.0)
+    share = np.where(names == "sphere", 0.25, 1.0)
     rng, chosen = np.random.default_rng(seed), []
     for k, wanted in enumerate(np.round(count * share / share.sum()).astype(int)):
         own = np.flatnonzero(of == k)
