@@ -49,12 +49,12 @@ def punch_reading(influence: InfluenceMatrices, law: str, name: str, shift: tupl
     return _readings(influence, _outline(name, shift), law, np.array([0.0, 0.0, -SHAPE_FORCE]))
 
 
-def law_difference(influence: InfluenceMatrices, law: str, other: str) -> float:
-    """Largest relative difference between two laws' readings over the study's centred presses, in the L2 norm [-]."""
+def law_difference(influence: InfluenceMatrices, law: str) -> float:
+    """Largest relative difference of readings from law "uniform" over the study's centred presses, L2 norm [-]."""
     force = force_along(27.0)
     disc = ellipse(DISC_RADIUS, DISC_RADIUS)
-    pairs = [[_readings(influence, disc, each, force) for each in (law, other)]]
-    pairs += list(zip(*(punch_readings(influence, each) for each in (law, other)), strict=True))
+    pairs = [[_readings(influence, disc, each, force) for each in (law, "uniform")]]
+    pairs += list(zip(*(punch_readings(influence, each) for each in (law, "uniform")), strict=True))
     return max(float(np.linalg.norm(a - b) / np.linalg.norm(b)) for a, b in pairs)
 
 

@@ -55,8 +55,8 @@ def reproduce(
     results = [kept(path) for path in paths]
     return {
         "settings": asdict(settings),
-        "foundation_difference": law_difference(influence, "foundation", "uniform"),
-        "elastic_difference": law_difference(influence, "elastic", "uniform"),
+        "foundation_difference": law_difference(influence, "foundation"),
+        "elastic_difference": law_difference(influence, "elastic"),
         "units": [{**asdict(unit), **(result or {})} for unit, result in zip(planned, results, strict=True)],
         "seconds": sum(result["seconds"] for result in results if result),
         "elapsed_seconds": time.perf_counter() - start,
