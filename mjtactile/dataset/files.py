@@ -28,6 +28,7 @@ from mjtactile._files import PARTIAL, check_writable, lock_file, make_folder, pa
 from mjtactile._installed import require
 from mjtactile._progress import progress_bar
 from mjtactile._types import Array
+from mjtactile.dataset.hardware import transducer_for
 from mjtactile.dataset.sampling import NOISE, OutlinePresses, outline_presses, stream
 from mjtactile.dataset.seal import UNSEALED, is_sealed, is_whole, sealed
 from mjtactile.dataset.shapes import shape_indenter
@@ -50,24 +51,20 @@ _NAMES = ("shape", "preset", "law", "tangential", "transducer")
 _METADATA = b"mjtactile"
 
 
-@dataclass(frozen=True)
-class PartOf:
-    """The task of a worker: one part to make."""
+def part_file(spec: DatasetSpec, part: tuple[int, int]) -> bytes:
+    """Make one part of a dataset; return the content of its Parquet file.
 
-    spec: DatasetSpec
-    part: tuple[int, int]  #: index of the first press, and one past the last
-
-
-def part_file(task: PartOf) -> bytes:
-    """Make one part of a dataset; return the content of its Parquet file."""
+    Args:
+        spec: specification of the dataset.
+        part: index of the first press, and one past the last.
+    """
     require("dataset")
     import pyarrow.parquet as pq
 
-    spec, (_, end) = task.spec, task.part
-    made = [press_columns(spec, outline_presses(spec, outline)) for outline in _outlines(spec, task.part)]
+    made = [press_columns(spec, outline_presses(spec, outline)) for outline in _outlines(spec, part)]
     columns = {name: np.concatenate([columns[name] for columns in made]) for name in made[0]}
-    wanted = columns["press"] < end
-    table = _table(spec, task.part, {name: column[wanted] for name, column in columns.items()})
+    wanted = columns["press"] < part[1]
+    table = _table(spec, part, {name: column[wanted] for name, column in columns.items()})
     file = io.BytesIO()
     # No two readings are alike, so a dictionary of them would be larger than the readings themselves. Page checksums
     # are for readers that do not know this package.
@@ -223,9 +220,7 @@ def press_columns(spec: DatasetSpec, presses: OutlinePresses) -> dict[str, np.nd
 def _as_reported(spec: DatasetSpec, readings: Array, rng: np.random.Generator) -> tuple[Array, float]:
     """Readings [Pa] with transducer and noise, and the noise's standard deviation over the largest reading [-]."""
     if spec.transducer is not None:
-        from mjtactile.dataset.hardware import reported
-
-        readings = reported(spec.transducer, readings, rng)
+        readings = transducer_for(spec.transducer, readings.shape, seed=int(rng.integers(2**31)))(readings)
     noise = float(rng.uniform(*spec.noise))
     if noise > 0.0:
         readings = readings + noise * readings.max() * rng.standard_normal(readings.shape)
@@ -346,9 +341,8 @@ def make_dataset(spec: DatasetSpec, folder: str | Path, *, workers: int | Worker
         _check_poses(spec, parts.values())
         made = 0
         total = sum(end - first for first, end in parts.values())
-        tasks = {path: PartOf(spec, part) for path, part in parts.items()}
         with progress_bar(f"pressing, {spec.backend}", total, wanted=progress) as advance:
-            for path in make_files(part_file, tasks, chosen):
+            for path in make_files(partial(part_file, spec), parts, chosen):
                 first, end = parts[path]
                 made += _rows(path)
                 advance(end - first)

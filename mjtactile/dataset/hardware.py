@@ -13,28 +13,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from mjtactile._types import Array
 from mjtactile.errors import DatasetError, shortened
 from mjtactile.transducer.array import ELEMENTS, Transducer
 from mjtactile.transducer.imperfections import Imperfections
 from mjtactile.units import finite_number
-
-
-def reported(values: dict[str, Any], readings: Array, rng: np.random.Generator) -> Array:
-    """Readings as a newly drawn array of transducers reports them, same shape [Pa].
-
-    Args:
-        values: table [transducer] of the specification.
-        readings: ideal readings, (layers, rows, columns) or (taxels,) [Pa].
-        rng: generator from which the array's gains, offsets and noise are drawn.
-
-    Raises:
-        DatasetError: as `transducer_for`.
-        TransducerError: a value is outside its range.
-    """
-    return transducer_for(values, readings.shape, seed=int(rng.integers(2**31)))(readings)
 
 
 def transducer_for(values: dict[str, Any], shape: tuple[int, ...], seed: int) -> Transducer:

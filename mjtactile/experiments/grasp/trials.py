@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -84,8 +85,8 @@ def run_trials(
         advance(len(jobs) - len(left))
         if out is not None and not out.exists():
             out.write_text(json.dumps(about) + "\n")
-        tasks = [(experiment.trial, settings, job) for job in left]
-        for place, result in distributed(_tried, tasks, workers or Workers()):
+        tried = partial(_tried, experiment.trial, settings)
+        for place, result in distributed(tried, left, workers or Workers()):
             job = left[place]
             done[job] = json.loads(json.dumps(result))
             if out is not None:
@@ -95,9 +96,8 @@ def run_trials(
     return {condition: [done[condition, k] for k in range(settings.trials)] for condition in experiment.conditions}
 
 
-def _tried(task: tuple[Callable[[TrialSettings, str, int], Result], TrialSettings, tuple[str, int]]) -> Result:
+def _tried(trial: Callable[[TrialSettings, str, int], Result], settings: TrialSettings, job: tuple[str, int]) -> Result:
     """Run one trial in a worker."""
-    trial, settings, job = task
     return trial(settings, *job)
 
 
