@@ -107,13 +107,13 @@ def bench_today(page: PageOption = None) -> None:
 
 
 def _show(
-    measure: Callable[[], dict[str, Any]],
-    table_of: Callable[[dict[str, Any]], str],
+    measure: Callable[[], Any],
+    table_of: Callable[[Any], str],
     name: str,
     as_json: bool,
     page: Path | None,
     out: Path | None = None,
-) -> dict[str, Any]:
+) -> Any:
     """Measure, store and print the result, and write its table on the page. Both files are checked first."""
     from mjtactile._files import check_writable, write_atomically
     from mjtactile.cli.benchmarks.tables import table_on_page
