@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -31,22 +31,14 @@ SCALINGS = ("each layer", "all layers")
 _DIRECTION_SHARE = 0.1
 
 
-@dataclass(frozen=True, kw_only=True)
-class ForceChoices:
-    """Choices for the force networks that the paper does not specify."""
-
-    scaling: str = "each layer"  #: scaling of the maximum readings, one of `SCALINGS`
-    initial: str = "fan-in"  #: initial weights, see networks.py
-    first_step: float = 0.01  #: first step of RPROP [-]
-    smallest_step: float = 1e-12  #: smallest step of RPROP [-]
-
-
-#: The choices made with the training samples alone.
-AS_STUDIED = ForceChoices()
-
-
 def force_study(
-    influence: InfluenceMatrices, *, law: str, layers: int, training: Training, choices: ForceChoices = AS_STUDIED
+    influence: InfluenceMatrices,
+    *,
+    law: str,
+    layers: int,
+    training: Training,
+    scaling: str = "each layer",
+    **of_network: Any,
 ) -> dict[str, Any]:
     """Train both networks on the paper's training samples and test them once on its test samples.
 
@@ -58,7 +50,9 @@ def force_study(
         law: contact law of the readings.
         layers: number of sensing layers, 1 or 4.
         training: parameters for the magnitude network; the direction network is trained for fewer iterations.
-        choices: choices that the paper does not specify.
+        scaling: scaling of the maximum readings, one of `SCALINGS`.
+        of_network: choices of `NetworkDesign`. The paper does not specify them, nor the scaling; the defaults were
+            chosen with the training samples alone.
 
     Returns:
         {"direction": ..., "magnitude": ...}, angles in degrees and forces in gram-force; see `_direction_result` and
@@ -66,15 +60,10 @@ def force_study(
     """
     known = oblique_readings(influence, law, TRAINING_ANGLES)[:, :layers]
     unknown = oblique_readings(influence, law, UNKNOWN_ANGLES)[:, :layers]
-    design = NetworkDesign(
-        hidden=DIRECTION_HIDDEN[layers],
-        initial=choices.initial,
-        first_step=choices.first_step,
-        smallest_step=choices.smallest_step,
-    )
+    design = NetworkDesign(hidden=DIRECTION_HIDDEN[layers], **of_network)
     directions = _train_directions(design, known, training)
     peaks = _peaks(known, TRAINING_FORCES)
-    scale = peaks.max(axis=0) if choices.scaling == "each layer" else np.full(layers, peaks.max())
+    scale = peaks.max(axis=0) if scaling == "each layer" else np.full(layers, peaks.max())
     magnitudes = _train_magnitudes(replace(design, hidden=MAGNITUDE_HIDDEN[layers]), peaks / scale, training)
     recognised = directions(over_maximum(unknown))
     return {

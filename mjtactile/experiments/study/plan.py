@@ -94,18 +94,15 @@ class Unit:
         """Train and test; results as in force.py and shape.py."""
         import torch
 
-        from mjtactile.experiments.study.force import ForceChoices, force_study
+        from mjtactile.experiments.study.force import force_study
         from mjtactile.experiments.study.networks import Training
-        from mjtactile.experiments.study.shape import ShapeChoices, shape_study
+        from mjtactile.experiments.study.shape import shape_study
 
         torch.set_num_threads(1)
         influence = influence_matrices(fidelity=self.fidelity, progress=False)
         training = Training(seeds=range(self.seeds), iterations=self.iterations, progress=progress)
-        if self.study == "force":
-            forces = ForceChoices(**self.options)
-            return force_study(influence, law=self.law, layers=self.layers, training=training, choices=forces)
-        shapes = ShapeChoices(**self.options)
-        return shape_study(influence, law=self.law, layers=self.layers, training=training, choices=shapes)
+        study = force_study if self.study == "force" else shape_study
+        return study(influence, law=self.law, layers=self.layers, training=training, **self.options)
 
 
 def units(settings: StudySettings) -> Iterator[Unit]:

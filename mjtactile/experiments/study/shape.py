@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -31,23 +31,15 @@ TOLERANCE = 1e-3
 _PRESENTATION_SEED = 2008
 
 
-@dataclass(frozen=True, kw_only=True)
-class ShapeChoices:
-    """Choices for the shape networks that the paper does not specify."""
-
-    scaling: str = "maximum"  #: scaling of the readings, one of `SCALINGS`
-    initial: str = "fan-in"  #: initial weights, see networks.py
-    activation: str = "sigmoid"  #: activation of hidden units, "sigmoid" or "tanh"
-    first_step: float = 0.01  #: first step of RPROP [-]
-    tolerance: float = TOLERANCE  #: root mean square training error at which a network stops learning
-
-
-#: The choices made with the training samples alone.
-AS_STUDIED = ShapeChoices()
-
-
 def shape_study(
-    influence: InfluenceMatrices, *, law: str, layers: int, training: Training, choices: ShapeChoices = AS_STUDIED
+    influence: InfluenceMatrices,
+    *,
+    law: str,
+    layers: int,
+    training: Training,
+    scaling: str = "maximum",
+    tolerance: float = TOLERANCE,
+    **of_network: Any,
 ) -> dict[str, Any]:
     """Train the shape network on the seven centred punches and test it once on the shifted ones.
 
@@ -55,8 +47,11 @@ def shape_study(
         influence: influence matrices of the paper's pad.
         law: contact law of the readings.
         layers: number of sensing layers, 1 or 4.
-        training: parameters of the training; the tolerance is that of `choices`.
-        choices: choices that the paper does not specify.
+        training: parameters of the training, except the tolerance.
+        scaling: scaling of the readings, one of `SCALINGS`.
+        tolerance: root mean square training error at which a network stops learning.
+        of_network: choices of `NetworkDesign`. The paper does not specify them, nor the scaling and the tolerance; the
+            defaults were chosen with the training samples alone.
 
     Returns:
         {"right": number of recognised punches, of 7, by direction and seed; "outputs": outputs by direction, (7, 7),
@@ -64,15 +59,9 @@ def shape_study(
         by seed; "iterations": number of iterations; "presented": see `_presented`}.
     """
     centred = punch_readings(influence, law)[:, :layers]
-    scaled = _scaler(centred, choices.scaling)
-    design = NetworkDesign(
-        hidden=SHAPE_HIDDEN[layers],
-        output="sigmoid",
-        activation=choices.activation,
-        initial=choices.initial,
-        first_step=choices.first_step,
-    )
-    tolerant = replace(training, tolerance=choices.tolerance)
+    scaled = _scaler(centred, scaling)
+    design = NetworkDesign(hidden=SHAPE_HIDDEN[layers], output="sigmoid", **of_network)
+    tolerant = replace(training, tolerance=tolerance)
     networks = train(design, scaled(centred), np.eye(len(INDENTER_NAMES)), tolerant)
 
     def see(readings: Array) -> Array:
