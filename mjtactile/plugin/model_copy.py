@@ -7,7 +7,7 @@ fields that are needed to check a sensor's attributes are copied from memory, un
 from __future__ import annotations
 
 import ctypes
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,11 +16,10 @@ from mjtactile.plugin.mujoco_layout import MujocoLayout
 _KINDS = {"int": np.int32, "float": np.float32, "mjtNum": np.float64, "char": np.int8}
 
 
-class _Named:
+class _Named(NamedTuple):
     """The result of `model.geom(number)`, with a name only."""
 
-    def __init__(self, name: str) -> None:
-        self.name = name
+    name: str
 
 
 class ModelCopy:

@@ -89,11 +89,12 @@ def judge(settings: LoopSettings, loop: Loop, held: list[HeldForce], put_away: l
         held: commanded forces that were held.
         put_away: punches that were put into bins.
     """
+    judged = [_sort_judged(loop, each) for each in put_away]
     return {
         "settings": asdict(settings),
         "presses": [_press_judged(loop.log, each, loop.period) for each in held],
-        "sorted": [_sort_judged(loop, each) for each in put_away],
-        "sorted_right": sum(_sort_judged(loop, each)["right"] for each in put_away),
+        "sorted": judged,
+        "sorted_right": sum(each["right"] for each in judged),
         "rates": _rates(loop.log, loop.period),
     }
 
