@@ -96,13 +96,15 @@ class Unit:
 
         from mjtactile.experiments.study.force import force_study
         from mjtactile.experiments.study.networks import Training
-        from mjtactile.experiments.study.shape import shape_study
+        from mjtactile.experiments.study.shape import TOLERANCE, shape_study
 
         torch.set_num_threads(1)
         influence = influence_matrices(fidelity=self.fidelity, progress=False)
-        training = Training(seeds=range(self.seeds), iterations=self.iterations, progress=progress)
         study = force_study if self.study == "force" else shape_study
-        return study(influence, law=self.law, layers=self.layers, training=training, **self.options)
+        options = {"tolerance": 0.0 if self.study == "force" else TOLERANCE, **self.options}
+        tolerance = options.pop("tolerance")
+        training = Training(seeds=range(self.seeds), iterations=self.iterations, tolerance=tolerance, progress=progress)
+        return study(influence, law=self.law, layers=self.layers, training=training, **options)
 
 
 def units(settings: StudySettings) -> Iterator[Unit]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -38,7 +37,6 @@ def shape_study(
     layers: int,
     training: Training,
     scaling: str = "maximum",
-    tolerance: float = TOLERANCE,
     **of_network: Any,
 ) -> dict[str, Any]:
     """Train the shape network on the seven centred punches and test it once on the shifted ones.
@@ -47,11 +45,10 @@ def shape_study(
         influence: influence matrices of the paper's pad.
         law: contact law of the readings.
         layers: number of sensing layers, 1 or 4.
-        training: parameters of the training, except the tolerance.
+        training: parameters of the training; its tolerance is `TOLERANCE`, or that of a variant.
         scaling: scaling of the readings, one of `SCALINGS`.
-        tolerance: root mean square training error at which a network stops learning.
-        of_network: choices of `NetworkDesign`. The paper does not specify them, nor the scaling and the tolerance; the
-            defaults were chosen with the training samples alone.
+        of_network: choices of `NetworkDesign`. The paper does not specify them, nor scaling and tolerance; the defaults
+            were chosen with the training samples alone.
 
     Returns:
         {"right": number of recognised punches, of 7, by direction and seed; "outputs": outputs by direction, (7, 7),
@@ -61,8 +58,7 @@ def shape_study(
     centred = punch_readings(influence, law)[:, :layers]
     scaled = _scaler(centred, scaling)
     design = NetworkDesign(hidden=SHAPE_HIDDEN[layers], output="sigmoid", **of_network)
-    tolerant = replace(training, tolerance=tolerance)
-    networks = train(design, scaled(centred), np.eye(len(INDENTER_NAMES)), tolerant)
+    networks = train(design, scaled(centred), np.eye(len(INDENTER_NAMES)), training)
 
     def see(readings: Array) -> Array:
         return networks(scaled(readings[:, :layers]))
