@@ -348,13 +348,7 @@ bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
   }
   looks.moved = lost && !looks.goes_on && looks.moves < kMoves;
   if (looks.moved) {
-    ++looks.moves;
-    const bool solved = looks.last_is_best && laid_.contact().exact();
-    looks.view = looks.best;
-    if (!solved || !roll(problem.load, looks.view)) {
-      // Springs are softer than the surface where the contact is narrow, so the body may need parts above the spots.
-      looks.view.spot_height = kRaise * std::max(search_.reached(), search_.level());
-    }
+    move_to_others(problem, looks);
     return true;
   }
   looks.view = looks.onward;
@@ -363,8 +357,18 @@ bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
   return looks.goes_on;
 }
 
-// Roll the view from the last contact toward the load, which it misses, until another part touches. The cells of an edge
-// do not tell the tilt about it. False if no part touches within the largest slope.
+// Set the view to one that may see other parts, because those seen so far do not carry the load.
+void PatchPress::move_to_others(const Problem& problem, Looks& looks) {
+  const bool solved = looks.last_is_best && laid_.contact().exact();
+  ++looks.moves;
+  looks.view = looks.best;
+  if (solved && roll(problem.load, looks.view)) return;
+  // Springs are softer than the surface where the contact is narrow, so the body may need parts above the spots.
+  looks.view.spot_height = kRaise * std::max(search_.reached(), search_.level());
+}
+
+// Roll the view from the last contact toward the load, which it misses, until another part touches. The cells of an
+// edge do not tell the tilt about it. False if no part touches within the largest slope.
 bool PatchPress::roll(const SearchLoad& load, Viewpoint& view) const {
   Point centre;
   if (!laid_.centre(centre)) return false;

@@ -115,8 +115,8 @@ class PatchPress {
     bool ended = false;           // whether the contact goes on beyond its cells
     bool rested = false;          // whether some view was the tilt at which the body rests on springs
     bool resting_tried = false;   // whether the last view was
-    bool moved = false;           // whether the last view looked for other parts, because those seen do not carry the
-    int moves = 0;                // load, and how many views did
+    bool moved = false;           // whether the last view was for other parts than those that do not carry the load
+    int moves = 0;                // number of such views
   };
   // The next part of the body that touches outside of all spots while the body tilts.
   struct NextPart {
@@ -128,6 +128,7 @@ class PatchPress {
   bool look_first(const Problem& problem, Looks& looks);
   bool choose_view(const Problem& problem, Looks& looks);
   void rest_on_springs(const Problem& problem, Looks& looks);
+  void move_to_others(const Problem& problem, Looks& looks);
   bool roll(const SearchLoad& load, Viewpoint& view) const;
   void find_spots(const Problem& problem, const Viewpoint& view);
   bool press(const Problem& problem, const Viewpoint& view);

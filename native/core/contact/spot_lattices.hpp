@@ -28,8 +28,8 @@ class SpotLattices {
   // That factor in a first look, and its least value if the bound on pressure sets the level.
   static constexpr double kHeightFactor = 2.5, kBoundedHeightFactor = 1.6;
 
-  // Lay a lattice on each spot. The cells of bent and hollow spots along ridges follow these. Those of straight ones lie
-  // along them anyway, and follow them only where they would miss them. If cells miss the ridges that they follow, cells
+  // Lay a lattice on each spot. Cells of bent and hollow spots along ridges follow the ridges. Cells of straight ones
+  // lie along them anyway, and follow them only if they would miss them. If cells that follow ridges miss them, cells
   // are laid as on other spots.
   void lay(const Look& look, SampledLattices& lattices);
   // Whether cells of the last call were laid along ridges.
