@@ -72,8 +72,8 @@ class ContactSearch {
   // Height up to which the spots reach [m]. It is above the level if a higher spot was found to touch or nearly
   // touches.
   double reached() const { return reached_; }
-  // If the spots lie along ridges, the height above these up to which the body is in contact beside them, which is about
-  // a level [m]. 0 if they do not.
+  // If the spots lie along ridges, the height above these up to which the body is in contact beside them [m], about a
+  // level. 0 if they do not.
   double strip() const { return strip_; }
   // Whether there are more ridges below a height above the lowest point [m].
   bool has_more_ridges(double height) const;
