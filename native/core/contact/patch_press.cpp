@@ -335,9 +335,7 @@ bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
       looks.view.most_height = looks.view.end_height = looks.view.spot_end = 0.0;
       return true;
     }
-    if (looks.view.sees_tilted_as(looks.best)) {
-      looks.goes_on = false;
-    } else {
+    if (!looks.view.sees_tilted_as(looks.best)) {
       // The tilt was too large. The mean of this view and the best one is tried.
       if (++looks.steps_back > kStepsBack) return false;
       std::copy(looks.view.plane.slopes, looks.view.plane.slopes + 2, looks.too_far);
@@ -346,7 +344,9 @@ bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
       return true;
     }
   }
-  looks.moved = lost && !looks.goes_on && looks.moves < kMoves;
+  // Another look with the same tilt would miss the load as well.
+  const bool tilts_on = looks.goes_on && !looks.onward.sees_tilted_as(looks.best);
+  looks.moved = lost && !tilts_on && looks.moves < kMoves;
   if (looks.moved) {
     move_to_others(problem, looks);
     return true;
