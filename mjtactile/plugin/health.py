@@ -232,6 +232,9 @@ def message(names: Names, note: Note) -> str:
         f"pad '{names.pad}': its readings are NaN, because the simulation (MjData) is stepped with another model than "
         "it was made for, whose sensor has other attributes or another place. Make an MjData of each such model; give "
         "mujoco.rollout only models together whose sensors are alike.",
+        f"pad '{names.pad}': a flex that touches it, or may touch it, is not felt, because MuJoCo does not tell its "
+        'contact forces. Those of flexes with <contact passive="true"/> are not told, nor are those of two-dimensional '
+        'flexes under <flag ipc="enable"/>: leave the attribute out.',
     )[int(note.event)]
 
 

@@ -32,11 +32,12 @@ _FIELDS = (
                  "mesh_vertnum", "mesh_faceadr", "mesh_facenum", "mesh_vert", "mesh_face", "mesh_pos", "mesh_quat",
                  "hfield_nrow", "hfield_ncol", "hfield_adr", "hfield_size", "hfield_data", "pair_geom1", "pair_geom2",
                  "exclude_signature", "names", "name_geomadr", "sensor_plugin", "sensor_objtype", "sensor_objid",
-                 "sensor_adr", "sensor_dim", "nplugin", "plugin_stateadr")),
-    ("mjOption", ("disableflags",)),
+                 "sensor_adr", "sensor_dim", "nplugin", "plugin_stateadr", "nflex", "flex_dim", "flex_contype",
+                 "flex_conaffinity")),
+    ("mjOption", ("disableflags", "enableflags")),
     ("mjData", ("ncon", "contact", "xpos", "xmat", "geom_xpos", "geom_xmat", "sensordata",
                 "plugin_state")),
-    ("mjContact", ("", "dist", "pos", "frame", "friction", "geom")),
+    ("mjContact", ("", "dist", "pos", "frame", "friction", "geom", "exclude")),
     ("mjvScene", ("ngeom", "maxgeom", "geoms")),
     ("mjvGeom", ("", "objid", "category", "segid")),
 )  # fmt: skip
@@ -78,6 +79,7 @@ class MujocoLayout(NamedTuple):
             mujoco.mjtPluginCapabilityBit.mjPLUGIN_SENSOR,
             mujoco.mjtDisableBit.mjDSBL_FILTERPARENT,
             mujoco.mjtCatBit.mjCAT_DECOR,
+            getattr(mujoco.mjtEnableBit, "mjENBL_IPC", 0),
         )
         numbers += [self.offsets[structure].get(name, -1) for structure, name in _OPTIONAL]
         return np.array([*numbers, *(int(kind) for kind in kinds)], dtype=np.int64)
@@ -154,6 +156,7 @@ _CONTACT_FIELDS = (
     ("frame", ctypes.c_double),
     ("friction", ctypes.c_double),
     ("geom", ctypes.c_int),
+    ("exclude", ctypes.c_int),
 )
 
 

@@ -126,6 +126,21 @@ std::vector<int> pad_pieces(const Model* model, int geom) {
   return pieces;
 }
 
+bool has_unlisted_flex(const Model* model, const std::vector<int>& pieces) {
+  const void* option = &field<char>(model, layout.model_opt);
+  if ((field<int>(option, layout.option_enableflags) & layout.enable_ipc) == 0) return false;
+  const int *type = ints(model, layout.model_flex_contype), *affinity = ints(model, layout.model_flex_conaffinity);
+  for (int flex = 0; flex < field<int>(model, layout.model_nflex); ++flex) {
+    if (ints(model, layout.model_flex_dim)[flex] != 2) continue;
+    const bool touches = std::any_of(pieces.begin(), pieces.end(), [&](int geom) {
+      return (type[flex] & ints(model, layout.model_geom_conaffinity)[geom]) != 0 ||
+             (ints(model, layout.model_geom_contype)[geom] & affinity[flex]) != 0;
+    });
+    if (touches) return true;
+  }
+  return false;
+}
+
 // The touch of the rigid body to which a body belongs.
 Touch& Contacts::touch_of(const Model* model, int body) {
   const int root = body < 0 ? body : rigid_root(model, body);
@@ -207,6 +222,7 @@ void Contacts::gather(const Model* model, const Data* data, const std::vector<in
   count = 0;
   beside_.clear();
   behind.clear();
+  passive = false;
   std::fill(wrench, wrench + 6, 0.0);
   const int contacts = field<int>(data, layout.data_ncon);
   const char* contact = field<const char*>(data, layout.data_contact);
@@ -220,7 +236,8 @@ void Contacts::gather(const Model* model, const Data* data, const std::vector<in
     functions.contact_force(model, data, i, local);
     const PadContact seen(contact, local, second ? 1.0 : -1.0, frame);
     if (std::all_of(seen.wrench, seen.wrench + 6, [](double one) { return one == 0.0; })) {
-      continue;  // MuJoCo lists it, but it carries no load
+      passive = passive || field<int>(contact, layout.contact_exclude) == kPassive;
+      continue;  // MuJoCo lists it, but it carries no load, or a load that MuJoCo does not tell
     }
     add(seen.wrench);
     const int other = second ? pair[0] : pair[1];

@@ -16,6 +16,9 @@ Pose pad_frame(const Model* model, const Data* data, int geom);
 // named "<name>_piece_1" and so on (mjtactile/sim/pad_geom.py).
 std::vector<int> pad_pieces(const Model* model, int geom);
 
+// Whether the model has a flex that may touch a pad but whose contacts MuJoCo does not list: a surface, under flag ipc.
+bool has_unlisted_flex(const Model* model, const std::vector<int>& pieces);
+
 // All contacts of a pad's geoms.
 class Contacts {
  public:
@@ -26,6 +29,7 @@ class Contacts {
   std::size_t count = 0;
   double wrench[6];    // of all contacts [N, N m], pad frame, about its origin
   std::vector<int> behind;   // bodies that press on the pad's back, one for each contact
+  bool passive = false;      // whether a flex touches with passive contacts, of which MuJoCo tells no force
 
   // Gather the contacts of a state. A contact whose normal leans far from that of the outer surface presses on a side
   // of the pad or on its rim from beside. Such contacts, and those that do not press, count in the wrench only.

@@ -13,6 +13,8 @@ namespace mjtactile::mujoco {
 enum GeomKind {
   kPlane = 0, kHeightField = 1, kSphere = 2, kCapsule = 3, kEllipsoid = 4, kCylinder = 5, kBox = 6, kMesh = 7, kSdf = 8
 };
+// Why a contact has no force among those of the constraints: its flex computes it itself (mjContact.exclude).
+constexpr int kPassive = 4;
 // State of a body that moves (mjtSleepState). Others are asleep or belong to the world.
 constexpr int kAwake = 1;
 
@@ -31,16 +33,18 @@ struct Layout {
       model_mesh_facenum, model_mesh_vert, model_mesh_face, model_mesh_pos, model_mesh_quat, model_hfield_nrow,
       model_hfield_ncol, model_hfield_adr, model_hfield_size, model_hfield_data, model_pair_geom1, model_pair_geom2,
       model_exclude_signature, model_names, model_name_geomadr, model_sensor_plugin, model_sensor_objtype,
-      model_sensor_objid, model_sensor_adr, model_sensor_dim, model_nplugin, model_plugin_stateadr;
-  std::int64_t option_disableflags;
+      model_sensor_objid, model_sensor_adr, model_sensor_dim, model_nplugin, model_plugin_stateadr, model_nflex,
+      model_flex_dim, model_flex_contype, model_flex_conaffinity;
+  std::int64_t option_disableflags, option_enableflags;
   std::int64_t data_ncon, data_contact, data_xpos, data_xmat, data_geom_xpos, data_geom_xmat, data_sensordata,
       data_plugin_state;
-  std::int64_t contact_size, contact_dist, contact_pos, contact_frame, contact_friction, contact_geom;
+  std::int64_t contact_size, contact_dist, contact_pos, contact_frame, contact_friction, contact_geom, contact_exclude;
   std::int64_t scene_ngeom, scene_maxgeom, scene_geoms;
   std::int64_t drawn_size, drawn_objid, drawn_category, drawn_segid;  // of mjvGeom
   std::int64_t data_body_awake;       // -1 if this MuJoCo has no sleeping bodies
   std::int64_t model_sensor_history;  // -1 if its sensors keep no history of readings
-  std::int64_t object_geom, geom_box, stage_acc, capability_sensor, disable_filterparent, category_decor;  // constants
+  std::int64_t object_geom, geom_box, stage_acc, capability_sensor, disable_filterparent, category_decor,
+      enable_ipc;  // constants; the last is 0 if this MuJoCo has no such flag
 };
 
 // A task on a thread of a simulation's pool: about(...), number of the thread, number of the task.

@@ -17,8 +17,9 @@ inline mjt_plugin_host python = {};
 // Whether Python still runs. It may end while other threads take steps.
 inline std::atomic<bool> python_runs = false;
 
-// An event beside those of the core: the simulation is stepped with a model whose sensor has other settings.
-constexpr Event kOtherSettings{kEvents};
+// Events beside those of the core: the simulation is stepped with a model whose sensor has other settings; a flex
+// touches the pad, or may touch it, with forces that MuJoCo does not tell.
+constexpr Event kOtherSettings{kEvents}, kUntoldForces{kEvents + 1};
 
 // Take the next warning from the queue. False if there is none. It may be called from several threads.
 bool next_note(mjt_note& note);

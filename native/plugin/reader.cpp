@@ -39,6 +39,7 @@ void Reader::read(const Model* model, const Data* data, const Steadiness& before
   const bool touched = before.pose != 0.0 || before.steps != 0.0;
   contacts_.gather(model, data, pieces_, pad_->outer(), touched);
   for (const int body : contacts_.behind) tell({Event::behind, body, 0.0, 0.0});
+  if (contacts_.passive || has_unlisted_flex(model, pieces_)) context_->warn({kUntoldForces, kNoBody, 0.0, 0.0});
   if (!press) return;
   const auto start = std::chrono::steady_clock::now();
   for (std::size_t i = 0; i < contacts_.count; ++i) {
