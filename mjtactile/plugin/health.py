@@ -243,4 +243,4 @@ def _tell_counts() -> None:
     again = sum(_warned.values()) - len(_warned)
     if _enabled and again > 0:
         kinds = f"{len(_warned)} contact warnings" if len(_warned) > 1 else "a contact warning"
-        say(f"{kinds} came up {again} more times in other simulations.")
+        say(f"{kinds} came up {again} more {'times' if again > 1 else 'time'} in other simulations.")

@@ -11,7 +11,7 @@ from mjtactile._types import Array
 from mjtactile.errors import SceneError
 from mjtactile.pad import Pad
 from mjtactile.sim.mujoco_library import element_id, pad_sensor_names
-from mjtactile.sim.pad_geom import pad_pieces
+from mjtactile.sim.pad_geom import PIECE, pad_pieces
 from mjtactile.sim.pad_solid import pad_solid
 
 #: Largest difference between a pad's size and its geom's [m]; while a simulation runs, the core checks it, too.
@@ -74,8 +74,15 @@ def _check_pad_mesh(model: Any, geom: int, pad: Pad) -> None:
     cure = "Let mjtactile.attach_pad add the geom, or write the mesh in the pad frame and pass the Pad that fits it."
     if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_MESH:
         raise SceneError(f"geom '{name}' is not a mesh, but the pad is curved, a {pad.summary}. {cure}")
-    found = np.concatenate([_as_written(model, int(model.geom_dataid[one])) for one in pad_pieces(model, geom)])
-    expected = np.concatenate([piece.vertices for piece in pad_solid(pad).pieces])
+    pieces, solid = pad_pieces(model, geom), pad_solid(pad).pieces
+    if len(pieces) < len(solid):  # an ending after their names, for example
+        cure = (
+            f"Of the pad's {len(solid)} geoms, {len(pieces)} were found: '{name}', '{name}{PIECE}1' and so on. If "
+            "mjtactile.attach_pad added them, keep these names: attach the model with a prefix and no suffix, and put "
+            f"no <replicate> around the pad. {cure}"
+        )
+    found = np.concatenate([_as_written(model, int(model.geom_dataid[one])) for one in pieces])
+    expected = np.concatenate([piece.vertices for piece in solid])
     for extreme, side in ((np.min, "least"), (np.max, "greatest")):
         actual, wanted = extreme(found, axis=0), extreme(expected, axis=0)
         if np.abs(actual - wanted).max() > _MESH_TOLERANCE:

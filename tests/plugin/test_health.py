@@ -3,6 +3,7 @@
 import _thread
 import threading
 import warnings
+from collections import Counter
 from collections.abc import Callable
 
 import mujoco
@@ -251,3 +252,10 @@ def test_simulations_of_other_models_have_no_health():
     other = mujoco.MjModel.from_xml_string("<mujoco/>")
     with pytest.raises(SceneError, match="made from this model"):
         mjtactile.plugin_health(model, mujoco.MjData(other), "ff")
+
+
+def test_a_warning_that_came_up_once_more_came_up_one_more_time(monkeypatch, capfd):
+    for again, said in ((1, "1 more time in"), (2, "2 more times in")):
+        monkeypatch.setattr(health, "_warned", Counter({"a warning": 1 + again}))
+        health._tell_counts()
+        assert said in capfd.readouterr().err

@@ -125,6 +125,14 @@ def test_a_part_of_another_model_keeps_its_frame_and_pieces():
     np.testing.assert_allclose(found.rotation.ravel(), site.xmat, atol=1e-12)
 
 
+def test_pieces_with_an_ending_after_their_names_are_refused_with_what_keeps_the_names():
+    spec = mujoco.MjSpec()
+    spec.attach(with_pad(HOLLOWS["saddle"]), prefix="left_", suffix="_1", frame=spec.worldbody.add_frame())
+    model, count = spec.compile(), len(pad_solid(HOLLOWS["saddle"]).pieces)
+    with pytest.raises(SceneError, match=rf"{count} geoms, 1 were found: 'left_t_pad_1', .*prefix and no suffix"):
+        check_pad_geom(model, model.geom("left_t_pad_1").id, HOLLOWS["saddle"])
+
+
 @pytest.mark.parametrize("name", CURVED)
 def test_rays_meet_the_surface(name):
     """Up to the chords between vertices, which stand below a bulge and above a hollow."""
