@@ -20,6 +20,7 @@ from mjtactile.fem.stiffness import Parity, free_in_plane
 from mjtactile.fem.stress import StressSampler
 from mjtactile.fem.taxel_quadrature import layer_sampling
 from mjtactile.fidelity import MeshDensity
+from mjtactile.influence import build
 from mjtactile.influence.build import _sample_points, _Storage, _swept_tables, build_steps, build_tables
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
@@ -75,6 +76,16 @@ def test_a_flat_pad_has_the_tables_it_had():
     assert plain.keys() == swept.keys()
     for name, table in plain.items():
         np.testing.assert_allclose(swept[name], table, rtol=0, atol=1e-9 * np.abs(table).max(), err_msg=name)
+
+
+def test_wide_flat_pads_are_solved_by_dissection(monkeypatch):
+    """Elimination of plane after plane takes too long there."""
+    monkeypatch.setattr(build, "_DISSECTED_FROM", 23)  # of 24 elements
+    monkeypatch.setattr(build, "EliminatedSheet", None)
+    steps = []
+    found = list(build_tables(LAYERED_PAD, COARSE, on_step=lambda: steps.append(1)))
+    assert len(found) == 4
+    assert len(steps) == build_steps(LAYERED_PAD, COARSE)
 
 
 @pytest.mark.parametrize("known", [(True, True), (False, False)])

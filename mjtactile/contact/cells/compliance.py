@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy.sparse as sparse
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
 from mjtactile._types import Array
@@ -114,7 +115,8 @@ def _sheet_compliance(influence: InfluenceMatrices, lines: tuple[Array, Array]) 
     forces = np.einsum("pyx,yxac->apyxc", nodal, axes)
     total = 0.0
     for parity, columns in zip(influence.mirrors.classes, influence.free, strict=True):
-        folded = fold_forces(forces, parity).reshape(3 * len(nodal), -1)[:, columns]
+        # Sparse: a patch has few nodes.
+        folded = sparse.csr_array(fold_forces(forces, parity).reshape(3 * len(nodal), -1)[:, columns])
         total = total + folded @ np.asarray(influence.tables[table_name("compliance", parity)]) @ folded.T
     symmetric = (np.asarray(total) + np.asarray(total).T) / 2
     return symmetric.reshape(3, len(nodal), 3, len(nodal))
