@@ -39,7 +39,9 @@ class MeshDensity:
 
     Sizes are relative to a reference length, over which the sensed stress varies: the smaller of the sheet's thickness
     and five times the shallowest sensing depth (both are 5 mm on the paper's pad). `most_elements` bounds the cost of
-    wide or thin sheets; a MeshWarning is issued where it makes the mesh coarser.
+    wide or thin sheets. Where elements would then be wider than 0.6 reference lengths, there are more, up to 2.5 times
+    as many. A MeshWarning is issued where the bounds make the mesh coarser. A sheet whose elements would be more than
+    1.5 times as wide as it is thick is refused, unless `reference_length` is given.
 
     Raises:
         MeshError: a number is outside its range.
@@ -51,7 +53,7 @@ class MeshDensity:
     base_grading: float  #: size of the top element over that of the base element [-]
     #: Sample points along each axis of a taxel's ball, for each sensing layer; the last number repeats.
     points_per_axis: tuple[int, ...]
-    most_elements: int = 800  #: bound on elements in the plane of the sheet; the cost grows with its cube
+    most_elements: int = 800  #: bound on elements in the plane of the sheet, see above; tables grow with its square
     reference_length: float | None = None  #: length that sizes are relative to [m]; None: as described above
 
     def __post_init__(self) -> None:

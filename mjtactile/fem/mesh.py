@@ -25,6 +25,13 @@ from mjtactile.pad_shape.surfaces import FLAT, Surface
 _MOST_ELEMENT_LAYERS = 400
 #: Ratio of the sizes of successive elements below the deepest taxels [-].
 _GROWTH = 1.5
+#: Width of elements over the reference length above which a sheet gets more elements than `most_elements` [-]. Under
+#: faces on a skin of 1 mm, readings at "fast" are up to 25 % off with elements 0.9 mm wide, and up to 13 % with 0.6 mm.
+_WIDEST_ELEMENTS = 0.6
+#: Most elements in the plane of such a sheet over `most_elements` [-].
+_MOST_TIMES = 2.5
+#: Width of elements over the thickness above which a sheet is refused [-]: readings are 30 % off and more.
+_TOO_WIDE = 1.5
 #: Angle that a body rolls through from the middle of a pad to a side, from which on elements are of one size [rad].
 _ROLLING = math.radians(30.0)
 #: Decimals of a vertex [m] in a table's fingerprint.
@@ -79,10 +86,12 @@ def sheet_mesh(pad: Pad, density: MeshDensity) -> SheetMesh:
     """Mesh of the whole pad, mirror-symmetric, with mesh lines on its layer interfaces.
 
     Raises:
-        MeshError: the elements would be too small for the pad; the message says what determines their size.
+        MeshError: the elements would be too small for the pad, or too wide for it; the message says what determines
+            their size.
     """
     z, materials = _through_line(pad, density)
     counts = _in_plane_counts(pad, density)
+    _refuse_too_wide(pad, density, counts)
     gradings = (density.rim_grading ** (1.0 - share) for share in _rolling_shares(pad))
     x, y = (_in_plane_line(*line) for line in zip(pad.size, counts, gradings, strict=True))
     return SheetMesh(x, y, z, materials, pad.surface)
@@ -127,32 +136,71 @@ def warn_if_coarser(pad: Pad, density: MeshDensity) -> None:
     wanted, counts = _wanted_counts(pad, density), _in_plane_counts(pad, density)
     if counts == wanted:
         return
+    width = _relative_width(pad, density, counts)
+    # Counts are whole numbers, so elements may be a little wider than asked for.
+    off = "" if width < 1.1 * max(_WIDEST_ELEMENTS, density.in_plane_size) else "; readings may be 15 to 30 % off"
     warnings.warn(
         f"the mesh has {2 * counts[0]} x {2 * counts[1]} elements in the plane; on a sheet this thin or wide its "
         f"accuracy is known for {2 * wanted[0]} x {2 * wanted[1]}. Stress that varies over shorter lengths is "
-        "smoothed. Raise MeshDensity.most_elements for a finer mesh, which takes longer to build.",
+        f"smoothed{off}. Raise MeshDensity.most_elements for a finer mesh, which takes longer to build.",
         MeshWarning,
         stacklevel=3,
     )
 
 
+def _refuse_too_wide(pad: Pad, density: MeshDensity, counts: tuple[int, int]) -> None:
+    """Refuse a mesh that the bound on elements makes so coarse that readings say little."""
+    width = _relative_width(pad, density, counts) * density.length_for(pad) / pad.thickness
+    if density.reference_length is not None or width <= max(_TOO_WIDE, density.in_plane_size):
+        return
+    x, y = _counts_of_size(pad, _WIDEST_ELEMENTS * pad.thickness)
+    raise MeshError(
+        f"the mesh would have elements {width:.3g} times as wide as the pad is thick ({pad.thickness:.3g} m). Readings "
+        f"would be off by 30 % and more; expected at most {_TOO_WIDE:g} times. Make the pad smaller or thicker, or "
+        f"give a MeshDensity with most_elements={4 * x * y}, which takes long and much memory; or, to accept the "
+        f"error, one with a reference_length of your own, such as {density.length_for(pad):.3g} m."
+    )
+
+
+def _relative_width(pad: Pad, density: MeshDensity, counts: tuple[int, int]) -> float:
+    """Width of the widest elements, not graded, over the reference length [-]."""
+    widths = (extent / 2 / count for extent, count in zip(pad.size, counts, strict=True))
+    return max(widths) / density.length_for(pad)
+
+
 def _wanted_counts(pad: Pad, density: MeshDensity) -> tuple[int, int]:
     """Numbers of elements along half the sheet in x and y for elements of the density's size."""
-    size = density.in_plane_size * density.length_for(pad)
+    return _counts_of_size(pad, density.in_plane_size * density.length_for(pad))
+
+
+def _counts_of_size(pad: Pad, size: float) -> tuple[int, int]:
     x, y = (max(2, math.ceil(extent / 2 / size - 1e-9)) for extent in pad.size)
     return x, y
 
 
 def _in_plane_counts(pad: Pad, density: MeshDensity) -> tuple[int, int]:
-    """Numbers of elements as in `_wanted_counts`, reduced where `most_elements` of the density requires it."""
+    """Numbers of elements as in `_wanted_counts`, reduced where the bound on elements requires it.
+
+    The bound is `most_elements` of the density, but not so low that elements are wider than `_WIDEST_ELEMENTS` allows,
+    unless there would be more than `_MOST_TIMES` as many of them.
+    """
     wanted = _wanted_counts(pad, density)
+    widest = max(density.in_plane_size, _WIDEST_ELEMENTS)
+    counts = _bounded(wanted, density.most_elements)
+    if _relative_width(pad, density, counts) <= widest:
+        return counts
+    return _bounded(_counts_of_size(pad, widest * density.length_for(pad)), int(_MOST_TIMES * density.most_elements))
+
+
+def _bounded(wanted: tuple[int, int], most: int) -> tuple[int, int]:
+    """Numbers of elements along half the sheet, reduced alike until the sheet has at most `most` of them."""
     total = 4 * math.prod(wanted)
-    if total <= density.most_elements:
+    if total <= most:
         return wanted
-    share = math.sqrt(density.most_elements / total)
+    share = math.sqrt(most / total)
     counts = [max(2, math.floor(count * share)) for count in wanted]
     # A narrow sheet keeps four elements across its width and gets fewer along its length.
-    x, y = (min(n, max(2, density.most_elements // (4 * other))) for n, other in zip(counts, counts[::-1], strict=True))
+    x, y = (min(n, max(2, most // (4 * other))) for n, other in zip(counts, counts[::-1], strict=True))
     return x, y
 
 

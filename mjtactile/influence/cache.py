@@ -32,6 +32,8 @@ CACHE_VARIABLE = "MJTACTILE_CACHE"
 SHIPPED = Path(__file__).resolve().parent / "tables"
 #: Time that reducing matrices takes, over that of solving for them: a third on the default pad, more or less elsewhere.
 _REDUCTION_SHARE = 1 / 3
+#: Size of a table that is told before it is built [bytes]; the paper's pad has a compliance of 104 MB at most.
+_LARGE = 2e8
 #: What a table that cannot be used is replaced by.
 _BUILT, _READ_INSTEAD = "is built anew", "that of the package is read instead"
 #: Waiting for another process that builds: time before the first message, and between messages [s].
@@ -113,9 +115,11 @@ def influence_matrices(
         if found is not None:
             return found
         if progress:
+            size = _compliance_bytes(pad, chosen)
+            large = f" They take at least {size / 1e6:.0f} MB, and minutes to build." if size > _LARGE else ""
             say(
                 f"building influence matrices at fidelity {fidelity_summary(chosen)} for a {pad.summary}. This is done "
-                f"once; they are kept in {path.parent}."
+                f"once; they are kept in {path.parent}.{large}"
             )
         built = _derived_from_cache(pad, chosen, progress=progress) or build_influence(pad, chosen, progress=progress)
         try:
@@ -126,6 +130,11 @@ def influence_matrices(
             _warn_not_kept(path, failure)
             return built
     return read_influence(path, pad, chosen)
+
+
+def _compliance_bytes(pad: Pad, fidelity: Fidelity) -> int:
+    """Size of the surface compliance in a table [bytes], which is most of it on wide sheets."""
+    return 8 * sum(len(free) ** 2 for free in InfluenceMatrices(pad, fidelity, {}).free)
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,7 @@
 """Meshes fit their pad: interfaces on mesh lines, elements where stress varies, bounded cost."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,6 +12,8 @@ from mjtactile.fem.mesh import sheet_mesh, warn_if_coarser
 from mjtactile.fidelity import MESHES, MeshDensity, mesh_density
 from mjtactile.pad import FreeTaxels, Layer, Pad, TaxelGrid
 from mjtactile.pad_shape.surfaces import CylinderSector, SphereCap
+
+GRID = TaxelGrid(rows=3, columns=3)
 
 
 def stack(*thicknesses):
@@ -100,8 +104,34 @@ def test_a_sheet_too_thin_for_the_element_count_warns_and_names_the_cure():
     with pytest.warns(MeshWarning, match="most_elements"):
         warn_if_coarser(pad, MESHES["default"])
     mesh = sheet_mesh(pad, MESHES["default"])
-    assert mesh.x.element_count * mesh.y.element_count <= MESHES["default"].most_elements
-    assert mesh.x.element_count == mesh.y.element_count > 20
+    # 2.5 times most_elements = 800 are allowed, because 800 would be wider than 0.6 times the sheet's thickness.
+    assert 800 < mesh.x.element_count * mesh.y.element_count <= 2000
+    assert mesh.x.element_count == mesh.y.element_count
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_elements_of_a_wide_sheet_are_narrower_than_it_is_thick(name):
+    skin = Pad(size=(30e-3, 20e-3), layers=stack(1e-3), depths=(0.5e-3,), taxels=GRID, sampling_radius=0.3e-3)
+    mesh = sheet_mesh(skin, replace(MESHES[name], rim_grading=1.0))
+    assert max(mesh.x.sizes.max(), mesh.y.sizes.max()) < 0.601e-3
+    with pytest.warns(MeshWarning, match=r"smoothed\. Raise"):
+        warn_if_coarser(skin, MESHES[name])
+
+
+def test_a_sheet_too_wide_for_its_elements_is_warned_of_and_then_refused():
+    skin = Pad(size=(40e-3, 30e-3), layers=stack(1e-3), depths=(0.5e-3,), taxels=GRID, sampling_radius=0.3e-3)
+    with pytest.warns(MeshWarning, match="15 to 30 % off"):
+        warn_if_coarser(skin, MESHES["draft"])
+    wide = replace(skin, size=(100e-3, 60e-3))
+    with pytest.raises(MeshError, match=r"most_elements=.*reference_length"):
+        sheet_mesh(wide, MESHES["draft"])
+    sheet_mesh(wide, replace(MESHES["draft"], reference_length=1e-3))
+
+
+def test_a_sheet_that_is_fine_enough_keeps_to_most_elements():
+    sole = Pad(size=(0.15, 0.08), layers=stack(8e-3), depths=(2e-3,), taxels=GRID, sampling_radius=1e-3)
+    mesh = sheet_mesh(sole, MESHES["draft"])
+    assert mesh.x.element_count * mesh.y.element_count <= 800
 
 
 def test_an_unknown_mesh_lists_those_that_exist():

@@ -168,7 +168,7 @@ def test_a_coarser_mesh_is_warned_of_once_each_time_it_is_asked_for(cache):
     for ask in asking:
         with pytest.warns() as told:
             ask()
-        assert [str(one.message)[:34] for one in told] == ["the mesh has 4 x 4 elements in the"]
+        assert [str(one.message)[:34] for one in told] == ["the mesh has 6 x 6 elements in the"]
 
 
 def test_unknown_fidelity_lists_those_that_exist(builds):
