@@ -213,7 +213,7 @@ def on_two_edges(seed: int) -> tuple[trimesh.Trimesh, Array]:
     yaw, share = random.uniform(0.0, np.pi), random.uniform(0.05, 0.95)
     turn = Rotation.from_euler("z", yaw)
     force = np.array([0.0, 0.0, -np.exp(random.uniform(np.log(3e-3), np.log(0.2)))])
-    body = trimesh.util.concatenate(edges)
+    body = edges[0] + edges[1]
     body.apply_transform(trimesh.transformations.rotation_matrix(yaw, (0.0, 0.0, 1.0)))
     return body, np.concatenate([force, np.cross(turn.apply([0.0, (share - 0.5) * apart, 0.0]), force)])
 
