@@ -93,15 +93,18 @@ def test_the_contact_area_printed_is_the_one_in_the_json(monkeypatch, capsys, dr
 
 def test_numbers_that_are_not_finite_are_null_in_every_json(monkeypatch, capsys, tmp_path):
     """Readers other than Python's refuse NaN."""
-    measured = {"rows": [{"off": math.nan}], "time": math.inf}
-    monkeypatch.setattr("mjtactile.cli.benchmarks.extremes.extremes_benchmark", lambda: measured)
+    row = {"asked": "a tall sheet", "outcome": "read", "off": math.nan, "truth": "theory"}
+    monkeypatch.setattr("mjtactile.cli.benchmarks.extremes.extremes_benchmark", lambda: [row])
+    measured = {"rows": [row], "time": math.inf}
     monkeypatch.setattr("mjtactile.experiments.study.reproduce.reproduce", lambda *_, **__: measured)
     monkeypatch.setattr("mjtactile.experiments.study.report.study_report", lambda _: "")
     for line in (["bench", "extremes", "--json"], ["reproduce", "--json", str(tmp_path / "study.json")]):
         monkeypatch.setattr("sys.argv", ["mjtactile", *line])
         main()
-    for text in (capsys.readouterr().out, (tmp_path / "study.json").read_text()):
-        assert json.loads(text, parse_constant=pytest.fail) == {"rows": [{"off": None}], "time": None}
+    row["off"] = None
+    assert json.loads(capsys.readouterr().out, parse_constant=pytest.fail) == [row]
+    study = json.loads((tmp_path / "study.json").read_text(), parse_constant=pytest.fail)
+    assert study == {"rows": [row], "time": None}
 
 
 def test_a_figure_without_opengl_leaves_the_scene_out_and_says_what_to_install(tmp_path, draft):
