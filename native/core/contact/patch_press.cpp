@@ -347,24 +347,23 @@ bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
   // Another look with the same tilt would miss the load as well.
   const bool tilts_on = looks.goes_on && !looks.onward.sees_tilted_as(looks.best);
   looks.moved = lost && !tilts_on && looks.moves < kMoves;
-  if (looks.moved) {
-    move_to_others(problem, looks);
-    return true;
-  }
+  if (looks.moved) return move_to_others(problem, looks);
   looks.view = looks.onward;
   if (looks.turned_back) stay_before(looks.too_far, looks.best.plane.slopes, looks.view.plane.slopes);
   looks.resting_tried = false;
   return looks.goes_on;
 }
 
-// Set the view to one that may see other parts, because those seen so far do not carry the load.
-void PatchPress::move_to_others(const Problem& problem, Looks& looks) {
+// Set the view to one that may see other parts, because those seen so far do not carry the load. False if there are
+// none.
+bool PatchPress::move_to_others(const Problem& problem, Looks& looks) {
   const bool solved = looks.last_is_best && laid_.contact().exact();
   ++looks.moves;
   looks.view = looks.best;
-  if (solved && roll(problem.load, looks.view)) return;
+  if (solved) return roll(problem.load, looks.view);
   // Springs are softer than the surface where the contact is narrow, so the body may need parts above the spots.
   looks.view.spot_height = kRaise * std::max(search_.reached(), search_.level());
+  return true;
 }
 
 // Roll the view from the last contact toward the load, which it misses, until another part touches. The cells of an

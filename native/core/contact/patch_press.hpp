@@ -128,7 +128,7 @@ class PatchPress {
   bool look_first(const Problem& problem, Looks& looks);
   bool choose_view(const Problem& problem, Looks& looks);
   void rest_on_springs(const Problem& problem, Looks& looks);
-  void move_to_others(const Problem& problem, Looks& looks);
+  bool move_to_others(const Problem& problem, Looks& looks);
   bool roll(const SearchLoad& load, Viewpoint& view) const;
   void find_spots(const Problem& problem, const Viewpoint& view);
   bool press(const Problem& problem, const Viewpoint& view);
