@@ -136,7 +136,7 @@ def warn_if_coarser(pad: Pad, density: MeshDensity) -> None:
     wanted, counts = _wanted_counts(pad, density), _in_plane_counts(pad, density)
     if counts == wanted:
         return
-    width = _relative_width(pad, density, counts)
+    width = _widest_element(pad, counts) / density.length_for(pad)
     # Counts are whole numbers, so elements may be a little wider than asked for.
     off = "" if width < 1.1 * max(_WIDEST_ELEMENTS, density.in_plane_size) else "; readings may be 15 to 30 % off"
     warnings.warn(
@@ -150,7 +150,7 @@ def warn_if_coarser(pad: Pad, density: MeshDensity) -> None:
 
 def _refuse_too_wide(pad: Pad, density: MeshDensity, counts: tuple[int, int]) -> None:
     """Refuse a mesh that the bound on elements makes so coarse that readings say little."""
-    width = _relative_width(pad, density, counts) * density.length_for(pad) / pad.thickness
+    width = _widest_element(pad, counts) / pad.thickness
     if density.reference_length is not None or width <= max(_TOO_WIDE, density.in_plane_size):
         return
     x, y = _counts_of_size(pad, _WIDEST_ELEMENTS * pad.thickness)
@@ -162,10 +162,9 @@ def _refuse_too_wide(pad: Pad, density: MeshDensity, counts: tuple[int, int]) ->
     )
 
 
-def _relative_width(pad: Pad, density: MeshDensity, counts: tuple[int, int]) -> float:
-    """Width of the widest elements, not graded, over the reference length [-]."""
-    widths = (extent / 2 / count for extent, count in zip(pad.size, counts, strict=True))
-    return max(widths) / density.length_for(pad)
+def _widest_element(pad: Pad, counts: tuple[int, int]) -> float:
+    """Largest width of elements that are not graded, with so many along half the sheet in x and y [m]."""
+    return max(extent / 2 / count for extent, count in zip(pad.size, counts, strict=True))
 
 
 def _wanted_counts(pad: Pad, density: MeshDensity) -> tuple[int, int]:
@@ -187,7 +186,7 @@ def _in_plane_counts(pad: Pad, density: MeshDensity) -> tuple[int, int]:
     wanted = _wanted_counts(pad, density)
     widest = max(density.in_plane_size, _WIDEST_ELEMENTS)
     counts = _bounded(wanted, density.most_elements)
-    if _relative_width(pad, density, counts) <= widest:
+    if _widest_element(pad, counts) / density.length_for(pad) <= widest:
         return counts
     return _bounded(_counts_of_size(pad, widest * density.length_for(pad)), int(_MOST_TIMES * density.most_elements))
 

@@ -27,7 +27,8 @@ typedef struct mjt_instance {
 
 /* A warning, given once for every sensor, body and event. Events: 0 beyond the range of small strains, 1 not carried,
    2 approximated, 3 refused, 4 the pad was resized, 5 the body is behind the pad (see Event), 6 the model has
-   other settings, 7 forces of flexes are not told. Body -1: a flex, or for events 4, 6 and 7 none. Pressure [Pa], indentation [m]. */
+   other settings, 7 forces of flexes are not told. Body -1: a flex, or for events 4, 6 and 7 none. Pressure [Pa],
+   indentation [m]. */
 typedef struct mjt_note {
   int64_t context;
   int event, body;

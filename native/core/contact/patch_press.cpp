@@ -374,14 +374,12 @@ bool PatchPress::roll(const SearchLoad& load, Viewpoint& view) const {
   const double along[2] = {load.through.x - centre.x, load.through.y - centre.y};
   const double away = std::hypot(along[0], along[1]);
   if (!(away > 0.0)) return false;
-  const double* slopes = laid_.contact().slopes();
-  const double sunk = laid_.lowered_at_origin() + slopes[0] * centre.x + slopes[1] * centre.y;
-  widen_regions(kOtherPart);
-  const double slope = search_.share_until(seen_plane(), {{along[0] / away, along[1] / away}, centre}, sunk, wider_);
-  const double to[2] = {view.plane.slopes[0] + slope * along[0] / away, view.plane.slopes[1] + slope * along[1] / away};
+  const double toward[2] = {along[0] / away, along[1] / away};
+  const NextPart next = next_part(toward, centre);
+  const double to[2] = {view.plane.slopes[0] + next.share * toward[0], view.plane.slopes[1] + next.share * toward[1]};
   if (!(std::hypot(to[0], to[1]) <= kMostSlope)) return false;
   std::copy(to, to + 2, view.plane.slopes);
-  view.spot_height = kRaise * sunk;
+  view.spot_height = kRaise * next.height;
   view.most_height = view.end_height = view.spot_end = 0.0;
   return true;
 }
@@ -520,9 +518,15 @@ PatchPress::NextPart PatchPress::next_part() const {
   if (!(std::hypot(slopes[0], slopes[1]) * search_.extent() > kSmallTilt * depth_of_tilts())) return {};
   Point centre;
   if (!laid_.centre(centre)) return {};
+  return next_part(slopes, centre);
+}
+
+// The part that first touches during a tilt about the contact's centre of pressure.
+PatchPress::NextPart PatchPress::next_part(const double* tilt, const Point& centre) const {
+  const double* slopes = laid_.contact().slopes();
   const double sunk = laid_.lowered_at_origin() + slopes[0] * centre.x + slopes[1] * centre.y;
   widen_regions(kOtherPart);
-  return {search_.share_until(seen_plane(), {{slopes[0], slopes[1]}, centre}, sunk, wider_), sunk};
+  return {search_.share_until(seen_plane(), {{tilt[0], tilt[1]}, centre}, sunk, wider_), sunk};
 }
 
 // Whether the body comes down to other parts of it than those with cells. A part that rises from its edge, as a wedge

@@ -149,6 +149,7 @@ class PatchPress {
   double highest_cells(const LawOptions& options, const Viewpoint& view) const;
   double depth_of_tilts() const;
   NextPart next_part() const;
+  NextPart next_part(const double* tilt, const Point& centre) const;
   bool reaches_other_part() const;
   void widen_regions(double factor) const;
   Plane seen_plane() const;
