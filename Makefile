@@ -191,8 +191,10 @@ weights: $(VENV)/installed-dev
 .PHONY: view-all view-top force-all force-top shapes-all shapes-top
 view-all:
 	$(TRAIN)/train_view.py $(FIT)/all
+	$(TRAIN)/train_familiarity.py $(FIT)/all
 view-top:
 	$(TRAIN)/train_view.py $(FIT)/top --layers 0
+	$(TRAIN)/train_familiarity.py $(FIT)/top
 force-all:
 	$(TRAIN)/train_force.py $(FIT)/all
 	$(TRAIN)/train_force.py $(FIT)/all --start $(WEIGHTS)/all/force.safetensors $(SETTLE)

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 import torch
-from arguments import parsed
+from arguments import run_script
 from lesson import shape_name, write_module
 
 from mjtactile.dataset.files import make_dataset
@@ -182,4 +182,4 @@ def main(config: Config) -> None:
 
 
 if __name__ == "__main__":
-    main(parsed(Config, __doc__))
+    run_script(main, Config, __doc__)

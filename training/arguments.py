@@ -5,11 +5,15 @@ from __future__ import annotations
 import argparse
 import inspect
 import re
+import sys
 import types
 import typing
+from collections.abc import Callable
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any, TypeVar
+
+from mjtactile.errors import MjTactileError
 
 Config = TypeVar("Config")
 
@@ -38,6 +42,25 @@ def parsed(config: type[Config], about: str | None, arguments: list[str] | None 
         parser.add_argument(f"--{field.name.replace('_', '-')}", **option, **_kind(kinds[field.name]))
     given = vars(parser.parse_args(arguments))
     return config(**{name: tuple(value) if isinstance(value, list) else value for name, value in given.items()})
+
+
+def run_script(main: Callable[[Config], None], config: type[Config], about: str | None) -> None:
+    """Run a script with the arguments of the process; of an error of the package, print the message alone.
+
+    Args:
+        main: the script.
+        config: see `parsed`.
+        about: see `parsed`.
+
+    Raises:
+        SystemExit: the arguments are invalid or the script raised an error of the package; the status is 2.
+    """
+    given = parsed(config, about)
+    try:
+        main(given)
+    except MjTactileError as error:
+        print(f"error: {error}", file=sys.stderr)
+        raise SystemExit(2) from None
 
 
 def _kind(kind: Any) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import shapely
-from arguments import parsed
+from arguments import run_script
 
 from mjtactile._files import write_atomically
 from mjtactile._progress import progress_bar
@@ -89,4 +89,4 @@ def random_wrench(drawn: np.random.Generator) -> Array:
 
 
 if __name__ == "__main__":
-    main(parsed(Config, __doc__))
+    run_script(main, Config, __doc__)

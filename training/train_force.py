@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from arguments import parsed
+from arguments import run_script
 from lesson import Lesson, LessonConfig
 
 from mjtactile.errors import RecognitionError
@@ -123,4 +123,4 @@ def report(recogniser: ForceRecogniser, presses: Presses) -> None:
 
 
 if __name__ == "__main__":
-    main(parsed(Config, __doc__))
+    run_script(main, Config, __doc__)

@@ -14,7 +14,7 @@ from time import perf_counter
 
 import numpy as np
 import torch
-from arguments import parsed
+from arguments import run_script
 
 from mjtactile._progress import progress_bar
 from mjtactile.pad import Pad
@@ -147,4 +147,4 @@ def report(recogniser: GraspRecogniser, readings: np.ndarray, wrenches: np.ndarr
 
 
 if __name__ == "__main__":
-    main(parsed(Config, __doc__))
+    run_script(main, Config, __doc__)

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from arguments import parsed
+from arguments import run_script
 from policy_environment import StackedLifts
 from policy_report import draw_curves, success_table
 
@@ -208,4 +208,4 @@ def _path(config: Config, arm: str, seed: int) -> Path:
 
 
 if __name__ == "__main__":
-    main(parsed(Config, __doc__))
+    run_script(main, Config, __doc__)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from arguments import parsed
+from arguments import run_script
 from lesson import Lesson, LessonConfig
 
 from mjtactile._types import Array
@@ -88,4 +88,4 @@ def main(config: Config) -> None:
 
 
 if __name__ == "__main__":
-    main(parsed(Config, __doc__))
+    run_script(main, Config, __doc__)

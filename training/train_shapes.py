@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
-from arguments import parsed
+from arguments import run_script
 from lesson import Lesson, LessonConfig, shape_name
 
 from mjtactile.dataset.shapes import SHAPE_NAMES
@@ -89,4 +89,4 @@ def write_examples(lesson: Lesson, count: int, called: np.ndarray) -> None:
 
 
 if __name__ == "__main__":
-    main(parsed(Config, __doc__))
+    run_script(main, Config, __doc__)

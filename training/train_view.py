@@ -9,7 +9,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from arguments import parsed
+from arguments import run_script
 from lesson import write_module
 
 from mjtactile.recognition.training.presses import fit_view
@@ -36,4 +36,4 @@ def main(config: Config) -> None:
 
 
 if __name__ == "__main__":
-    main(parsed(Config, __doc__))
+    run_script(main, Config, __doc__)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from mjtactile.cli.options import AsJson, PageOption, json_text
+from mjtactile.cli.options import AsJson, PageOption, show_table
 from mjtactile.errors import OutputError
 
 bench_app = typer.Typer(help="Measure time, size and error on this machine.", no_args_is_help=True)
@@ -23,7 +22,7 @@ def bench_mesh(as_json: AsJson = False, page: PageOption = None) -> None:
     from mjtactile.cli.benchmarks.mesh import mesh_benchmark
     from mjtactile.cli.benchmarks.tables import mesh_table
 
-    _show(mesh_benchmark, mesh_table, "mesh", as_json, page)
+    show_table(mesh_benchmark, mesh_table, "mesh", page, as_json=as_json)
 
 
 @bench_app.command("plugin")
@@ -39,7 +38,7 @@ def bench_plugin(
     from mjtactile.cli.benchmarks.tables import rounded
 
     check_apart({"--out": out, "--page": page})
-    _show(lambda: rounded(plugin_benchmark(quick=quick)), plugin_table, "plugin", as_json, page, out)
+    show_table(lambda: rounded(plugin_benchmark(quick=quick)), plugin_table, "plugin", page, as_json=as_json, out=out)
 
 
 @bench_app.command("trade")
@@ -65,7 +64,7 @@ def bench_trade(
     def measure() -> dict[str, Any]:
         return rounded(trade_benchmark(quick=quick)) if measured is None else _earlier(measured)
 
-    result = _show(measure, trade_table, "trade", as_json, page, out)
+    result = show_table(measure, trade_table, "trade", page, as_json=as_json, out=out)
     if figure is not None:
         _draw_trade(result, figure)
 
@@ -75,7 +74,7 @@ def bench_small_contacts(as_json: AsJson = False, page: PageOption = None) -> No
     """Measure the error of every preset under contacts that are not much larger than an element of its mesh."""
     from mjtactile.cli.benchmarks.small_contacts import small_contacts_benchmark, small_contacts_table
 
-    _show(small_contacts_benchmark, small_contacts_table, "small-contacts", as_json, page)
+    show_table(small_contacts_benchmark, small_contacts_table, "small-contacts", page, as_json=as_json)
 
 
 @bench_app.command("envs")
@@ -87,7 +86,7 @@ def bench_envs(
     """Measure steps per second of one environment and of many, with and without pads, compared with MuJoCo alone."""
     from mjtactile.cli.benchmarks.envs import envs_benchmark, envs_table
 
-    _show(lambda: envs_benchmark(quick=quick), envs_table, "envs", as_json, page)
+    show_table(lambda: envs_benchmark(quick=quick), envs_table, "envs", page, as_json=as_json)
 
 
 @bench_app.command("extremes")
@@ -95,7 +94,7 @@ def bench_extremes(as_json: AsJson = False) -> None:
     """Measure the error at the limits of pads, loads and inputs, or show the error message there."""
     from mjtactile.cli.benchmarks.extremes import extremes_benchmark, extremes_table
 
-    _show(extremes_benchmark, extremes_table, "extremes", as_json, None)
+    show_table(extremes_benchmark, extremes_table, "extremes", None, as_json=as_json)
 
 
 @bench_app.command("today")
@@ -103,30 +102,7 @@ def bench_today(page: PageOption = None) -> None:
     """Compare mjtactile with other sensors, from the stored results of `trade` and `plugin`; measure nothing."""
     from mjtactile.cli.benchmarks.tables import stored_runs, today_table
 
-    _show(stored_runs, lambda runs: today_table(**runs), "today", False, page)
-
-
-def _show(
-    measure: Callable[[], Any],
-    table_of: Callable[[Any], str],
-    name: str,
-    as_json: bool,
-    page: Path | None,
-    out: Path | None = None,
-) -> Any:
-    """Measure, store and print the result, and write its table on the page. Both files are checked first."""
-    from mjtactile._files import check_writable, write_atomically
-    from mjtactile.cli.benchmarks.tables import table_on_page
-
-    check_writable(out)
-    write = table_on_page(page, name)
-    result = measure()
-    table = table_of(result)
-    if out is not None:
-        write_atomically(out, lambda file: file.write((json_text(result, indent=1) + "\n").encode()))
-    typer.echo(json_text(result) if as_json else table)
-    write(table)
-    return result
+    show_table(stored_runs, lambda runs: today_table(**runs), "today", page)
 
 
 def _earlier(path: Path) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mjtactile.cli.options import AsJson, PageOption, json_text
+from mjtactile.cli.options import AsJson, PageOption, show_table
 from mjtactile.experiments.markdown import markdown_table
 from mjtactile.fidelity import DEFAULT
 from mjtactile.units import MOST_SEED
@@ -45,7 +45,6 @@ def evaluate(
     """Measure the recognisers on new presses: the paper's protocol, and random presses in MuJoCo with noise."""
     from dataclasses import replace
 
-    from mjtactile.cli.benchmarks.tables import table_on_page
     from mjtactile.fidelity import as_fidelity
     from mjtactile.recognition.evaluation.recognisers import EvaluationSettings, recognisers
     from mjtactile.recognition.evaluation.recognisers import evaluate as measure
@@ -57,16 +56,19 @@ def evaluate(
         known = as_fidelity(name)
         replace(known, law=known.law if of is None else of)
     part = "evaluate" if len(sensors) == 1 else "evaluate sensors"
-    write = table_on_page(page, part)
-    recognisers(weights)
-    results = [
-        measure(EvaluationSettings(seed=seed, presses=presses, fidelity=name, law=of), workers=workers, folder=weights)
-        for name, of in sensors
-    ]
-    alone = len(results) == 1
-    text = tables(results[0]) if alone else side_by_side(results)
-    typer.echo(json_text(results[0] if alone else results) if as_json else text)
-    write(text)
+    alone = len(sensors) == 1
+
+    def results() -> Any:
+        recognisers(weights)
+        found = [
+            measure(
+                EvaluationSettings(seed=seed, presses=presses, fidelity=name, law=of), workers=workers, folder=weights
+            )
+            for name, of in sensors
+        ]
+        return found[0] if alone else found
+
+    show_table(results, tables if alone else side_by_side, part, page, as_json=as_json)
 
 
 def tables(result: dict[str, Any]) -> str:
@@ -91,6 +93,9 @@ def tables(result: dict[str, Any]) -> str:
         noise_table(result),
         "Transducers of 100 kPa full scale with 1 % noise, all forces from 5 gf on, all layers / the top one:",
         transducer_table(result),
+        "Contacts that were not taught, MuJoCo, 1 % noise, all layers / the top one. A force is wrong if it is off by "
+        "more than 10 %:",
+        stranger_table(result),
     )
     return "\n\n".join(parts)
 
@@ -159,12 +164,21 @@ def shape_table(result: dict[str, Any]) -> str:
                     lambda r: _number(r["magnitude_mean_gf"], ".2f"),
                     lambda r: _number(r["position_mean_mm"], ".3f"),
                     lambda r: _number(100 * r["rate"], ".2f") if "rate" in r else "-",
+                    lambda r: _number(100 * r["unfamiliar_rate"], ".1f"),
                 )
             ),
         )
         for name, one in both[0].items()
     ]
-    head = ("contact", "presses", "direction, median deg", "magnitude, gf", "position, mm", "shape right, %")
+    head = (
+        "contact",
+        "presses",
+        "direction, median deg",
+        "magnitude, gf",
+        "position, mm",
+        "shape right, %",
+        "unfamiliar, %",
+    )
     return markdown_table(head, cells)
 
 
@@ -174,6 +188,7 @@ _COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
     "magnitude, gf": lambda r: _number(r["magnitude_mean_gf"], ".2f"),
     "position, mm": lambda r: _number(r["position_mean_mm"], ".3f"),
     "shape right, %": lambda r: _number(100 * r["shape_rate"], ".2f"),
+    "unfamiliar, %": lambda r: _number(100 * r["unfamiliar_rate"], ".1f"),
 }
 _FIRM_COLUMN = {"from 50 gf on, %": lambda r: _number(100 * r["shape_rate_firm"], ".2f")}
 
@@ -187,6 +202,22 @@ def transducer_table(result: dict[str, Any]) -> str:
     """Table of the errors with each kind of transducer array, for all layers and for the top one, as Markdown."""
     rows = [(row["transducer"], row) for row in result["transducers"]]
     return _rows_table("transducers", rows, _COLUMNS | _FIRM_COLUMN)
+
+
+def stranger_table(result: dict[str, Any]) -> str:
+    """Table of what recognisers say of contacts that they were not taught, as Markdown."""
+    both = [result["strangers"][layers] for layers in ("all", "top")]
+    rates = ("unfamiliar", "wrong", "confident", "missed")
+    cells = [
+        (
+            kind,
+            str(one["contacts"]),
+            *(" / ".join(_number(100 * each[kind][rate], ".0f") for each in both) for rate in rates),
+        )
+        for kind, one in both[0].items()
+    ]
+    head = ("contact", "contacts", "unfamiliar, %", "force wrong, %")
+    return markdown_table((*head, "wrong, confidence over 1/2, %", "wrong and called familiar, %"), cells)
 
 
 def _rows_table(

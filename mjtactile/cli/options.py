@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import typer
 
 from mjtactile.fidelity import PRESETS
 from mjtactile.units import MOST_NOISE
+
+Result = TypeVar("Result")
 
 
 def finite(value: float | None) -> float | None:
@@ -59,6 +62,42 @@ def _with_nulls(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_with_nulls(one) for one in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def show_table(
+    measure: Callable[[], Result],
+    table_of: Callable[[Result], str],
+    name: str,
+    page: Path | None,
+    *,
+    as_json: bool = False,
+    out: Path | None = None,
+) -> Result:
+    """Measure, store and print a result, and write its table on a page. Both files are checked before it is measured.
+
+    Args:
+        measure: the function that measures.
+        table_of: the result as Markdown.
+        name: the table's name in the page's markers.
+        page: the Markdown file with the markers; None for no page.
+        as_json: print JSON instead of the table.
+        out: JSON file of the result; None for no file.
+
+    Raises:
+        MjTactileError: a file cannot be written, or the page lacks the markers.
+    """
+    from mjtactile._files import check_writable, write_atomically
+    from mjtactile.cli.benchmarks.tables import table_on_page
+
+    check_writable(out)
+    write = table_on_page(page, name)
+    result = measure()
+    table = table_of(result)
+    if out is not None:
+        write_atomically(out, lambda file: file.write((json_text(result, indent=1) + "\n").encode()))
+    typer.echo(json_text(result) if as_json else table)
+    write(table)
+    return result
 
 
 PageOption = Annotated[Path | None, typer.Option(help="Write the table into this Markdown file, between its markers.")]

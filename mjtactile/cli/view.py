@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
 import mujoco
 import typer
 
-from mjtactile.cli.options import PageOption, finite
+from mjtactile.cli.options import PageOption, finite, show_table
 
 
 def view(
@@ -107,21 +106,11 @@ def hands(page: PageOption = None) -> None:
     """List the hands that mjtactile.hands.attach_hand knows, and their pads."""
     from mjtactile.cli.hands_tables import hands_tables
 
-    _list(hands_tables, page, "hands")
+    show_table(hands_tables, str, "hands", page)
 
 
 def envs(page: PageOption = None) -> None:
     """Print actions and observations of each gymnasium environment, with units."""
     from mjtactile.cli.envs_tables import environment_tables
 
-    _list(environment_tables, page, "environments")
-
-
-def _list(tables_of: Callable[[], str], page: Path | None, name: str) -> None:
-    """Print tables, and write them on the page, which is checked first."""
-    from mjtactile.cli.benchmarks.tables import table_on_page
-
-    write = table_on_page(page, name)
-    text = tables_of()
-    typer.echo(text)
-    write(text)
+    show_table(environment_tables, str, "environments", page)

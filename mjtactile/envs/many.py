@@ -162,6 +162,7 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         infos: dict[str, Any] = {}
         self._begin(mask, infos, options)
         self._look(mask)
+        _add(infos, self.task.felt(), mask)
         self._ended[mask] = False
         self._show()
         return self._shown(), infos
@@ -186,17 +187,20 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         ended, infos = terminated | truncated, {}
         if self.autoreset_mode == AutoresetMode.SAME_STEP:
             self._look(~waiting)
+            told |= self.task.felt()
             _add(infos, told, ~ended)
             if ended.any():
                 _add_final(infos, self._seen, told, ended)
                 self._begin(ended, infos, {})
                 self._look(ended)
+                _add(infos, self.task.felt(), ended)
             self._ended = np.zeros_like(ended)
         else:
             _add(infos, told, ~waiting)
             if waiting.any():
                 self._begin(waiting, infos, {})
             self._look(np.ones_like(waiting))
+            _add(infos, self.task.felt(), np.ones_like(waiting))
             self._ended = ended
         self._show()
         return self._shown(), rewards, terminated, truncated, infos

@@ -96,7 +96,8 @@ class TactileEnv(EzPickle, gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         super().reset(seed=seed)
         self.task.begin(_ROW, [self.np_random], options)
         self._show()
-        return self._seen(), {name: values[0].item() for name, values in self.task.told().items()}
+        seen, told = self._seen(), self.task.told() | self.task.felt()
+        return seen, {name: values[0].item() for name, values in told.items()}
 
     def step(self, action: npt.NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Act for one control period.
@@ -113,8 +114,9 @@ class TactileEnv(EzPickle, gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """
         rewards, terminated, truncated, told = self.task.step(np.asarray(action)[None], _ROW)
         self._show()
-        info = {name: values[0].item() for name, values in told.items()}
-        return self._seen(), float(rewards[0]), bool(terminated[0]), bool(truncated[0]), info
+        seen = self._seen()
+        info = {name: values[0].item() for name, values in (told | self.task.felt()).items()}
+        return seen, float(rewards[0]), bool(terminated[0]), bool(truncated[0]), info
 
     def render(self) -> Any:
         """An image (height, width, 3) uint8 for render mode "rgb_array"; None for "human".

@@ -157,6 +157,10 @@ class Task(ABC):
         """Infos at the beginning of an episode."""
         return {}
 
+    def felt(self) -> Told:
+        """Infos on the last observation; they exist for recognised touch only."""
+        return {} if self.touch.unfamiliar is None else {"unfamiliar": self.touch.unfamiliar.copy()}
+
     def begin(self, rows: Rows, drawn: Sequence[np.random.Generator], options: dict[str, Any] | None = None) -> None:
         """Begin episodes in some environments; generators in the same state begin the same episodes.
 

@@ -109,6 +109,9 @@ class PadObserver:
         self._drawn = [np.random.default_rng(0) for _ in range(count)]
         self._transducers: list[list[Transducer]] = [[] for _ in range(count)]
         self._recognise = self._recogniser() if options.observation == "recognised" else None
+        #: Number of each environment's pads whose readings looked like nothing that the recogniser was taught when they
+        #: were last observed, (count,); None if nothing is recognised, or the weights do not say.
+        self.unfamiliar = np.zeros(count, int) if self._recognise is not None and self._recognise.taught else None
 
     @property
     def space(self) -> gymnasium.spaces.Box | None:
@@ -156,7 +159,7 @@ class PadObserver:
             return np.clip(wrenches, -_WRENCH_LIMITS, _WRENCH_LIMITS).astype(np.float32)
         readings = self._readings(sensed.reshape(len(rows), *self.shape), rows)
         if self._recognise is not None:
-            return np.array([[self._recognised(pad) for pad in pads] for pads in readings], np.float32)
+            return np.array([self._recognised(pads, row) for row, pads in zip(rows, readings, strict=True)], np.float32)
         seen = readings.astype(np.float32)
         np.minimum(np.maximum(seen, -LARGEST_READING, out=seen), LARGEST_READING, out=seen)
         if self.options.observation == "readings":
@@ -189,11 +192,19 @@ class PadObserver:
             self._drawn[row].standard_normal(dtype=kind, out=out)
         return numbers
 
-    def _recognised(self, readings: Array) -> Array:
-        if self._recognise is None or readings.mean() < CONTACT_THRESHOLD:
-            return np.zeros(RECOGNISED)
-        found = self._recognise(readings)
-        return np.clip([*found.force, *found.position, found.confidence], -_RECOGNISED_LIMITS, _RECOGNISED_LIMITS)
+    def _recognised(self, pads: Array, row: int) -> Array:
+        """Recognised values (pads, 6) from readings (pads, *reading_shape) [Pa] of one environment."""
+        assert self._recognise is not None
+        values, unfamiliar = np.zeros((len(pads), RECOGNISED)), 0
+        for readings, out in zip(pads, values, strict=True):
+            if readings.mean() < CONTACT_THRESHOLD:
+                continue
+            found = self._recognise(readings)
+            out[:] = [*found.force, *found.position, found.confidence]
+            unfamiliar += found.familiarity is not None and not found.familiarity.familiar
+        if self.unfamiliar is not None:
+            self.unfamiliar[row] = unfamiliar
+        return np.clip(values, -_RECOGNISED_LIMITS, _RECOGNISED_LIMITS)
 
     def _recogniser(self) -> ForceRecogniser:
         from mjtactile import recognition

@@ -2,6 +2,7 @@
 
     recognise = mjtactile.recognition.load("force")
     result = recognise(sensor.read(data))  # result.force [N], result.position [m], result.confidence
+    result.familiarity.familiar  # whether the readings look like what was taught
 
 Weights for the default pad come with the package. Recognisers are functions of NumPy arrays. They do not need torch and
 take a few tenths of a millisecond per call.
@@ -16,6 +17,7 @@ from typing import Literal, overload
 from mjtactile.errors import RecognitionError, shortened
 from mjtactile.pad import Pad
 from mjtactile.pad_names import pad_from_values
+from mjtactile.recognition.familiarity import Familiarity, TaughtPresses
 from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.force import ForceRecogniser, ForceResult
 from mjtactile.recognition.grasp import GraspRecogniser, GraspResult
@@ -25,6 +27,7 @@ from mjtactile.recognition.shape import ShapeModule, ShapeRecogniser, ShapeResul
 from mjtactile.recognition.weight_files import SHIPPED, Stored, check_pad
 
 __all__ = [
+    "Familiarity",
     "ForceRecogniser",
     "ForceResult",
     "GraspRecogniser",
@@ -98,14 +101,18 @@ def load(
     where, registry = _weights(layers, folder, grasp=name == "grasp")
     view = _view(registry, where, layers)
     check_pad(view, pad)
+    seen_by = PrincipalComponents.from_stored(view)
+    # Weights of earlier versions have none.
+    known = "familiarity" in registry
+    taught = TaughtPresses.from_stored(_stored(registry, "familiarity", where), seen_by.scale) if known else None
     if name != "shape":
         recogniser = GraspRecogniser if name == "grasp" else ForceRecogniser
-        return recogniser.from_stored(PrincipalComponents.from_stored(view), _stored(registry, name, where))
+        return recogniser.from_stored(seen_by, _stored(registry, name, where), taught)
     position, size, orientation = (PoseModule.from_stored(_stored(registry, kind, where)) for kind in POSE_KINDS)
     names = [entry.name for entry in registry.values() if entry.kind == "shape" and not entry.optional]
     names += [f"shape {shape}" for shape in also]
     shapes = tuple(ShapeModule.from_stored(_stored(registry, one, where)) for one in dict.fromkeys(names))
-    return ShapeRecogniser(PrincipalComponents.from_stored(view), (position, size, orientation), shapes)
+    return ShapeRecogniser(seen_by, (position, size, orientation), shapes, taught)
 
 
 def modules(*, layers: str | None = None, folder: str | Path | None = None) -> dict[str, Entry]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjtactile._types import Array
+from mjtactile.recognition.familiarity import Familiarity
 from mjtactile.recognition.wrench import EstimatedWrenches, WrenchRecogniser
 
 #: Standard deviation of the direction at which the confidence is one half [rad].
@@ -21,10 +22,12 @@ class ForceResult:
         force: on the pad [N], (..., 3); pressing is -z.
         position: point (x, y) where the force's line of action meets the surface [m], (..., 2).
         confidence: from 0 to 1, (...) [-]; one half if the direction's standard deviation is 3 degrees. It holds for
-            one body like those of training; several at once are often not noticed.
+            familiar readings only.
         direction_deviation: standard deviation of the direction [rad], (...).
         magnitude_deviation: standard deviation of the magnitude [N], (...).
         position_deviation: standard deviation of the position [m], (...).
+        familiarity: whether the readings look like presses of the training data, and how far they are from them; None
+            if the weights do not say: they have no module "familiarity".
     """
 
     force: Array
@@ -33,6 +36,7 @@ class ForceResult:
     direction_deviation: Array
     magnitude_deviation: Array
     position_deviation: Array
+    familiarity: Familiarity | None = None
 
     @property
     def magnitude(self) -> Array:
@@ -73,4 +77,5 @@ class ForceRecogniser(WrenchRecogniser[ForceResult]):
             direction_deviation.reshape(batch),
             (found.pressing_deviation * found.pressing * slant).reshape(batch),
             found.position_deviation.reshape(batch),
+            found.familiarity,
         )

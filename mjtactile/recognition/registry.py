@@ -26,7 +26,8 @@ class Entry:
     """One module."""
 
     name: str  #: such as "force" or "shape star"
-    kind: str  #: "view", "position", "size", "orientation", "force", "grasp", "shape" or "examples"
+    #: "view", "familiarity", "position", "size", "orientation", "force", "grasp", "shape" or "examples"
+    kind: str
     file: str  #: name of its file in the registry's folder
     sha256: str  #: SHA-256 of the file
     needs: tuple[str, ...] = ()  #: names of the modules whose results are its inputs

@@ -14,6 +14,7 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.errors import RecognitionError, shortened
+from mjtactile.recognition.familiarity import Familiarity, TaughtPresses
 from mjtactile.recognition.features import PrincipalComponents, Seen
 from mjtactile.recognition.network import Network, silu
 from mjtactile.recognition.pose import PoseModule, rotation_of
@@ -26,8 +27,8 @@ class ShapeResult:
 
     Attributes:
         shape: name of the recognised shape, a str array (...).
-        confidence: probability of that shape among `shapes` [-], (...). It is no measure of whether the body is one of
-            them: several bodies at once, or one of another shape, are given a name with high confidence, too.
+        confidence: probability of that shape among `shapes` [-], (...). It compares these with each other, and
+            holds for familiar readings only.
         probabilities: probability of every shape [-], (..., shapes), in the order of `shapes`.
         shapes: names of the candidate shapes.
         position: position (x, y) of the shape's origin [m], (..., 2); of a shape that was added, about the middle of
@@ -37,6 +38,8 @@ class ShapeResult:
             NaN for round shapes and for meshes that were added.
         modules: files of the modules that were used, by name: "position", "size", "orientation" and "shape NAME" for
             every candidate; `recognition.modules()` has more on each.
+        familiarity: whether the readings look like presses of the training data, and how far they are from them; None
+            if the weights do not say: they have no module "familiarity".
     """
 
     shape: np.ndarray
@@ -47,6 +50,7 @@ class ShapeResult:
     size: Array
     rotation: Array
     modules: dict[str, str]
+    familiarity: Familiarity | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,11 +109,13 @@ class ShapeRecogniser:
         view: principal components for the features.
         poses: modules for position, size and orientation, in this order.
         modules: one module for each shape.
+        taught: presses with which readings are compared; None if the weights have none.
     """
 
     view: PrincipalComponents
     poses: tuple[PoseModule, PoseModule, PoseModule]
     modules: tuple[ShapeModule, ...]
+    taught: TaughtPresses | None = None
 
     @cached_property
     def _stack(self) -> ModuleStack:
@@ -172,6 +178,7 @@ class ShapeRecogniser:
             rotation=rotation.reshape(batch),
             modules={module.kind: module.path for module in self.poses}
             | {f"shape {name}": self.modules[k].path for name, k in zip(names, chosen, strict=True)},
+            familiarity=None if self.taught is None else self.taught(seen, batch),
         )
 
     def _chosen(self, among: Sequence[str] | None) -> list[int]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.recognition.estimator import Estimator
+from mjtactile.recognition.familiarity import Familiarity, TaughtPresses
 from mjtactile.recognition.features import PrincipalComponents, Seen
 from mjtactile.recognition.weight_files import Stored
 
@@ -25,6 +26,7 @@ class EstimatedWrenches:
     #: Moment about the pad's normal through the centre of pressure [N m], (n,); None if not estimated.
     twist: Array | None
     deviations: Array  #: standard deviations of the network's values, (n, values)
+    familiarity: Familiarity | None  #: whether the readings look like what was taught; None if not known
 
     @property
     def force(self) -> Array:
@@ -55,6 +57,7 @@ class WrenchRecogniser(Generic[Result]):
         view: principal components for the features.
         estimator: estimates tangential over pressing force (2) [-], position (2) [m], optionally torsional moment over
             pressing force [m], and the logarithm of the pressing force over the readings' size.
+        taught: presses with which readings are compared; None if the weights have none.
     """
 
     #: Name of the network in the weights.
@@ -62,11 +65,12 @@ class WrenchRecogniser(Generic[Result]):
 
     view: PrincipalComponents
     estimator: Estimator
+    taught: TaughtPresses | None = None
 
     @classmethod
-    def from_stored(cls, view: PrincipalComponents, stored: Stored) -> Self:
+    def from_stored(cls, view: PrincipalComponents, stored: Stored, taught: TaughtPresses | None = None) -> Self:
         """The recogniser in a file of weights."""
-        return cls(view, Estimator.from_arrays(stored.arrays, cls.name))
+        return cls(view, Estimator.from_arrays(stored.arrays, cls.name), taught)
 
     def __call__(self, readings: np.ndarray) -> Result:
         """Recognise the force of a contact.
@@ -93,7 +97,8 @@ class WrenchRecogniser(Generic[Result]):
         flips = seen.mirrors.x ^ seen.mirrors.y ^ seen.mirrors.swapped
         twist = np.where(flips, -1.0, 1.0) * values[:, 4] * pressing if values.shape[1] == 6 else None
         ratio, position = seen.mirrors.original(values[:, :2]), seen.mirrors.original(values[:, 2:4])
-        return self.result(EstimatedWrenches(pressing, ratio, position, twist, deviations), batch)
+        familiarity = None if self.taught is None else self.taught(seen, batch)
+        return self.result(EstimatedWrenches(pressing, ratio, position, twist, deviations, familiarity), batch)
 
     def result(self, found: EstimatedWrenches, batch: tuple[int, ...]) -> Result:
         """Convert the estimates to the recogniser's result, with these batch axes."""

@@ -59,6 +59,19 @@ def test_the_force_is_recognised():
     assert found[5] > 0.5
 
 
+@pytest.mark.parametrize(("what", "count"), [("known", 0), ("unknown", 1)])
+def test_infos_say_how_many_pads_feel_what_was_not_taught(what, count, monkeypatch):
+    env = TactileEnv(PressIdentify, observation="recognised", noise=0.01)
+    assert env.reset(seed=2, options={"shape": "star"})[1]["unfamiliar"] == 0  # nothing is felt yet
+    if what == "unknown":
+        half = np.r_[np.ones(7), np.zeros(6)]
+        observed = env.task.touch._readings
+        monkeypatch.setattr(env.task.touch, "_readings", lambda *given: observed(*given) * half)
+    steps = [env.step(PRESS) for _ in range(10)]
+    assert steps[-1][4]["unfamiliar"] == count
+    assert "unfamiliar" not in TactileEnv(PressIdentify, observation="wrench").reset(seed=0)[1]
+
+
 def test_the_force_is_recognised_on_a_pad_of_ones_own_by_weights_for_it(tmp_path):
     """The shipped weights under another pad's name: in one material, force makes the same stress in a stiffer pad."""
     stiff = Pad(layers=(Layer(thickness=5e-3, young=6e6, poisson=0.49),))
@@ -71,6 +84,8 @@ def test_the_force_is_recognised_on_a_pad_of_ones_own_by_weights_for_it(tmp_path
     assert found[2] == pytest.approx(-FORCE, rel=0.1)
     with pytest.raises(RecognitionError, match=r"E 6 MPa.*but the pad is a .*E 3 MPa"):
         pressed(observation="recognised", weights=str(tmp_path))
+    told = TactileEnv(PressIdentify, observation="recognised", pad=stiff, weights=tmp_path).reset(seed=0)[1]
+    assert "unfamiliar" not in told  # these weights do not say
 
 
 @pytest.mark.parametrize("kind", ["capacitive", "piezoresistive"])

@@ -16,12 +16,11 @@ from mjtactile.errors import RecognitionError
 from mjtactile.pad import Layer, Pad
 from mjtactile.recognition import trained_pad
 from mjtactile.recognition.evaluation import recognisers as of_recognisers
-from mjtactile.recognition.evaluation.arrays import TransducerArray
+from mjtactile.recognition.evaluation.arrays import TransducerArray, noisy
 from mjtactile.recognition.evaluation.recognisers import (
     EvaluationSettings,
     angles_between,
     evaluate,
-    noisy,
     protocol,
     recognisers,
 )
@@ -71,6 +70,7 @@ def test_bounds_hold_on_fresh_presses():
     assert fresh["magnitude_of_200gf"] <= 0.005
     assert fresh["position_mean_mm"] <= 0.1
     assert fresh["shape_rate"] >= 0.98
+    assert fresh["unfamiliar_rate"] <= 0.03
     assert set(fresh["three_rate"].values()) == {1.0}
     # Four layers tell direction better than one where there is noise.
     assert fresh["direction_median_deg"] < result["mujoco"]["top"]["direction_median_deg"]
@@ -105,15 +105,20 @@ def test_what_could_not_be_measured_is_a_dash_in_tables():
     """Of few presses none may be a square, none tilted and none hard."""
     rate = {"circle": 1.0, "triangle": 0.5, "square": math.nan}
     names = ("direction_deg", "magnitude_gf", "direction_median_deg", "magnitude_mean_gf", "magnitude_of_200gf")
-    unknown = dict.fromkeys((*names, "position_mean_mm", "shape_rate", "shape_rate_firm", "rate"), math.nan)
+    unknown = dict.fromkeys(
+        (*names, "position_mean_mm", "shape_rate", "shape_rate_firm", "rate", "unfamiliar_rate"), math.nan
+    )
     figures = {**unknown, "shapes_right": 0, "shapes_asked": 0, "three_rate": rate}
     both = dict.fromkeys(("all", "top"), figures | {"by_shape": {"star": {"presses": 4, **unknown}}})
     result = {"seed": 1, "presses": 4, "preset": "fast", "law": "uniform", "pad": Pad().summary}
     result |= {"protocol": both, "mujoco": both, "noise": [{"noise": 0.01, **both}]}
-    text = tables(result | {"transducers": [{"transducer": "capacitive", **both}]})
+    rod = {"contacts": 1, "unfamiliar": math.nan, "wrong": 0.5, "confident": 0.5, "missed": math.nan}
+    strangers = {layers: {"a lying rod": rod} for layers in ("all", "top")}
+    text = tables(result | {"transducers": [{"transducer": "capacitive", **both}], "strangers": strangers})
     assert "nan" not in text
     assert "| circle / triangle / square, MuJoCo | % | 100 / 100 / 100 | 100 / 50 / - | 100 / 50 / - |" in text
-    assert "| star | 4 | - / - | - / - | - / - | - / - |" in text
+    assert "| star | 4 | - / - | - / - | - / - | - / - | - / - |" in text
+    assert "| a lying rod | 1 | - / - | 50 / 50 | 50 / 50 | - / - |" in text
 
 
 def test_weights_are_evaluated_on_the_pad_that_they_are_for(tmp_path, monkeypatch):

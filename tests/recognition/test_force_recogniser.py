@@ -9,7 +9,8 @@ import pytest
 from mjtactile import Pad, force_vector, recognition
 from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.recognition import RecognitionError
-from mjtactile.recognition.evaluation.recognisers import angles_between, noisy
+from mjtactile.recognition.evaluation.arrays import noisy
+from mjtactile.recognition.evaluation.recognisers import angles_between
 from mjtactile.recognition.weight_files import SHIPPED
 
 

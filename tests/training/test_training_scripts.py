@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import importlib
+import os
 import shutil
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,9 +22,11 @@ from mjtactile.errors import IndenterError
 from mjtactile.recognition.network import Network
 from mjtactile.recognition.registry import read_registry, register
 from mjtactile.recognition.training.fitting import perceptron, set_weights
+from mjtactile.recognition.training.presses import see_presses
 from mjtactile.recognition.weight_files import SHIPPED, read_weights, write_weights
 
 TRAINING = Path(__file__).parents[2] / "training"
+PATH = os.pathsep.join(sys.path)
 SPEC = parse_spec(
     {
         "presses": 240,
@@ -39,7 +44,7 @@ SPEC = parse_spec(
 def scripts():
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(TRAINING))
-        names = ("train_view", "train_force", "train_pose", "train_shapes", "add_shape")
+        names = ("train_view", "train_familiarity", "train_force", "train_pose", "train_shapes", "add_shape")
         yield {name: importlib.import_module(name) for name in names}
 
 
@@ -54,6 +59,8 @@ def test_scripts_train_what_can_be_loaded_and_a_new_shape_touches_no_other_modul
 
     run("train_view", data=presses, parts=40)
     run("train_force", data=presses, width=24, depth=1, steps=60)
+    assert recognition.load("force", folder=weights)(np.ones((4, 13, 13))).familiarity is None
+    run("train_familiarity", data=presses, presses=90, false_alarms=0.1)
     for module in ("position", "size", "orientation"):
         run("train_pose", module=module, data=presses, width=16, steps=20)
     run("train_force", data=presses, width=24, depth=1, steps=20, start=weights / "force.safetensors", seed=8)
@@ -73,6 +80,15 @@ def test_scripts_train_what_can_be_loaded_and_a_new_shape_touches_no_other_modul
     assert set(recognition.load("shape", folder=weights).shapes) == {"circle", "square", "star"}
     force = recognition.load("force", folder=weights)
     assert np.isfinite(force(np.random.default_rng(0).random((2, 4, 13, 13))).force).all()
+    uniform = force(np.ones((4, 13, 13))).familiarity
+    assert uniform is not None
+    assert force.taught is not None
+    assert not uniform.familiar
+    assert uniform.false_alarms == 0.1
+    view = force.view
+    seen = see_presses(presses, view)
+    others = force.taught.distances(view.see(seen.readings[seen.outline % 2 == 1])) > uniform.limit
+    assert 0.05 < others.mean() < 0.15
     about = read_weights(weights / "force.safetensors").metadata
     assert about["pad_fingerprint"] == Pad().fingerprint
     assert (about["before"]["seed"], about["config"]["seed"]) == (1, 8)
@@ -87,6 +103,15 @@ def test_arguments_come_from_the_dataclass(scripts):
     assert given == config(data=Path("a"), weights=Path("b"), layers=(0, 2))
     with pytest.raises(SystemExit):
         arguments.parsed(config, "about", ["--data", "a"])
+
+
+def test_scripts_end_with_the_message_of_an_error_alone(tmp_path):
+    script = [sys.executable, str(TRAINING / "train_view.py"), "--data", str(tmp_path), "--weights", str(tmp_path)]
+    done = subprocess.run(script, capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": PATH})
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert done.stderr.startswith("error: ")
+    assert str(tmp_path) in done.stderr
 
 
 def test_a_network_begins_only_as_one_of_its_own_sizes():

@@ -70,3 +70,9 @@ ARRAYS = {
         imperfections=TYPICAL, readings=SEVERAL, calibrated=True
     ),
 }
+
+
+def noisy(readings: Array, noise: float, seed: int) -> Array:
+    """Readings (presses, ...) [Pa] plus white noise; `noise` is its standard deviation over the largest reading [-]."""
+    peak = readings.max(axis=(1, 2, 3), keepdims=True)
+    return readings + noise * peak * np.random.default_rng([seed, 99]).standard_normal(readings.shape)

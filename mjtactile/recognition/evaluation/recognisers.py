@@ -29,7 +29,8 @@ from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad, force_vector
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser
-from mjtactile.recognition.evaluation.arrays import ARRAYS, TransducerArray
+from mjtactile.recognition.evaluation.arrays import ARRAYS, TransducerArray, noisy
+from mjtactile.recognition.evaluation.strangers import noticed, strange_contacts
 from mjtactile.units import GRAM_FORCE
 
 #: The paper's test angles [deg], test forces [gf], and shift of the tested shapes [m].
@@ -40,12 +41,23 @@ SHAPE_FORCE, DIRECTION_FORCE = 10.0, 100.0
 THREE = ("circle", "triangle", "square")
 #: Standard deviations of noise over a press's largest reading for the comparison of layers [-].
 NOISES = (0.0, 0.003, 0.01, 0.02, 0.05)
+#: The noise of all tables but that of noises [-].
+NOISE = 0.01
+#: Number of presses for each contact of every kind that was not taught.
+_PRESSES_PER_STRANGER = 20
 #: Least tilt for the comparison of directions [rad].
 LEAST_TILT = math.radians(3.0)
 #: Least force of a firm press [N], whose readings are well above the transducers' noise.
 FIRM = 50.0 * GRAM_FORCE
 _LAYERS = ("all", "top")
-_TOTALS = ("direction_median_deg", "magnitude_mean_gf", "position_mean_mm", "shape_rate", "shape_rate_firm")
+_TOTALS = (
+    "direction_median_deg",
+    "magnitude_mean_gf",
+    "position_mean_mm",
+    "shape_rate",
+    "shape_rate_firm",
+    "unfamiliar_rate",
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,8 +83,8 @@ def evaluate(
         progress: show a progress bar on a terminal.
 
     Returns:
-        Plain values: "protocol" and "mujoco" by layers ("all", "top"), "noise" and "transducers" as lists of rows, the
-        settings, and a summary of the pad. Presses are on the pad that the weights are for.
+        Plain values: "protocol", "mujoco" and "strangers" by layers ("all", "top"), "noise" and "transducers" as lists
+        of rows, the settings, and a summary of the pad. Presses are on the pad that the weights are for.
     """
     require("dataset")  # before long work
     from mjtactile.influence.cache import influence_matrices
@@ -85,6 +97,7 @@ def evaluate(
         spec = replace(parse_spec(_spec_values(settings, influence.fidelity.law)), pad=pad)
         make_dataset(spec, Path(scratch), workers=workers, progress=progress)
         data = read_dataset(Path(scratch))
+    strangers = strange_contacts(pad, chosen, count=math.ceil(settings.presses / _PRESSES_PER_STRANGER), seed=seed)
     return {
         "seed": seed,
         "presses": len(data.readings),
@@ -92,15 +105,18 @@ def evaluate(
         "law": influence.fidelity.law,
         "pad": pad.summary,
         "protocol": {layers: protocol(influence, *pair) for layers, pair in pairs.items()},
-        "mujoco": {layers: random_presses(data, *pair, noise=0.01, seed=seed) for layers, pair in pairs.items()},
+        "mujoco": {layers: random_presses(data, *pair, noise=NOISE, seed=seed) for layers, pair in pairs.items()},
         "noise": [
             {"noise": noise} | {layers: _totals(data, *pair, noise, seed) for layers, pair in pairs.items()}
             for noise in NOISES
         ],
         "transducers": [
-            {"transducer": name} | {layers: _totals(data, *pair, 0.01, seed, array) for layers, pair in pairs.items()}
+            {"transducer": name} | {layers: _totals(data, *pair, NOISE, seed, array) for layers, pair in pairs.items()}
             for name, array in ARRAYS.items()
         ],
+        "strangers": {
+            layers: noticed(strangers, force, noise=NOISE, seed=seed) for layers, (force, _) in pairs.items()
+        },
     }
 
 
@@ -216,6 +232,8 @@ def random_presses(
     where = np.linalg.norm(found.position - data.positions, axis=1) * 1e3
     punches = np.isin(names, INDENTER_NAMES)
     right = shape(readings).shape == names
+    known = found.familiarity
+    unfamiliar = np.full(len(names), math.nan) if known is None else (~known.familiar).astype(float)
     three = np.isin(names, THREE)
     right_of_three = np.zeros(len(names), dtype=bool)
     if three.any():
@@ -229,6 +247,7 @@ def random_presses(
         "shape_rate": _mean(right[punches]),
         "shape_rate_firm": _mean(right[punches & (magnitude >= FIRM)]),
         "shapes_asked": int(punches.sum()),
+        "unfamiliar_rate": _mean(unfamiliar),
         "three_rate": {name: _mean(right_of_three[names == name]) for name in THREE},
         "by_shape": {
             str(name): {
@@ -236,17 +255,12 @@ def random_presses(
                 "direction_median_deg": _median(angle[tilted & (names == name)]),
                 "magnitude_mean_gf": _mean(strength[names == name]),
                 "position_mean_mm": _mean(where[names == name]),
+                "unfamiliar_rate": _mean(unfamiliar[names == name]),
             }
             | ({"rate": _mean(right[names == name])} if name in INDENTER_NAMES else {})
             for name in sorted(set(names.tolist()))
         },
     }
-
-
-def noisy(readings: Array, noise: float, seed: int) -> Array:
-    """Readings (presses, ...) [Pa] plus white noise; `noise` is its standard deviation over the largest reading [-]."""
-    peak = readings.max(axis=(1, 2, 3), keepdims=True)
-    return readings + noise * peak * np.random.default_rng([seed, 99]).standard_normal(readings.shape)
 
 
 def angles_between(found: Array, truth: Array) -> Array:

@@ -31,9 +31,15 @@ class Presses:
     dataset: Dataset  #: the dataset with the labels
     source: np.ndarray  #: index into the dataset, (presses,); presses near the border occur twice
     mirrors: Mirrors  #: how each press was mirrored
-    #: Whether a press is kept for testing, (presses,) bool. It is the same for all presses of an outline, so that no
-    #: pose is in both parts.
-    held_out: np.ndarray
+    outline: np.ndarray  #: number of each press's outline, (presses,)
+
+    @property
+    def held_out(self) -> np.ndarray:
+        """Whether a press is kept for testing, (presses,) bool.
+
+        It is the same for all presses of an outline, so that no pose is in both parts.
+        """
+        return self.outline % 40 == 0
 
     @property
     def shapes(self) -> np.ndarray:
@@ -101,7 +107,6 @@ def see_presses(folder: Path, view: PrincipalComponents) -> Presses:
     readings = whole.reshape(-1, view.parts.shape[0])
     index = np.concatenate(source)
     poses = int(dataset.metadata["spec"]["poses"]) * int(dataset.metadata["spec"]["forces"])
-    outline = dataset.labels["press"][index] // poses
     return Presses(
         readings=whole,
         projected=readings @ view.parts,
@@ -110,7 +115,7 @@ def see_presses(folder: Path, view: PrincipalComponents) -> Presses:
         dataset=Dataset(np.zeros(0, dtype=np.float32), dataset.labels, dataset.metadata),
         source=index,
         mirrors=_joined_mirrors(all_mirrors),
-        held_out=outline % 40 == 0,
+        outline=dataset.labels["press"][index] // poses,
     )
 
 
