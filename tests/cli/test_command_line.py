@@ -3,15 +3,19 @@
 import json
 import math
 import os
+import re
 import subprocess
 import sys
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
+from typer.main import get_command
 
 import mjtactile
-from mjtactile.cli.main import _show_warning, main
+from mjtactile.cli.main import _show_warning, app, main
 from mjtactile.errors import MeshWarning
 from mjtactile.pad import Pad
 from mjtactile.units import GRAM_FORCE
@@ -209,3 +213,19 @@ def test_the_numbers_of_a_press_come_before_its_figure_is_drawn(monkeypatch, cap
     main()
     assert "time per update" in seen[0]
     assert capsys.readouterr().out.startswith("wrote ")
+
+
+def test_every_option_stands_on_a_page():
+    root = Path(__file__).parents[2]
+    text = "\n".join(path.read_text() for path in [root / "README.md", *(root / "docs").rglob("*.md")])
+
+    def options(command: Any) -> set[str]:
+        below = [options(one) for one in getattr(command, "commands", {}).values()]
+        own = {name for one in command.params for name in one.opts if name.startswith("--")}
+        return own.union(*below)
+
+    # These are in every command line.
+    known = {"--help", "--version", "--install-completion", "--show-completion"}
+    asked = options(get_command(app)) - known
+    assert {"--azimuth", "--unusable"} <= asked
+    assert {name for name in asked if not re.search(rf"{re.escape(name)}(?![\w-])", text)} == set()
