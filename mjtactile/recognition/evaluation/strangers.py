@@ -134,13 +134,13 @@ def _apart(pad: Pad, rng: np.random.Generator) -> list[_Body]:
     while True:
         bodies = []
         for _ in range(2):
-            place = tuple(float(value) for value in rng.uniform(-0.37, 0.37, 2) * pad.size[0])
+            x, y = (float(value) for value in rng.uniform(-0.37, 0.37, 2) * pad.size[0])
             radius, force = float(rng.uniform(1e-3, 2.6e-3)), float(rng.uniform(*_FORCES))
             geom = (_BOX, _SPHERE, _CYLINDER)[rng.integers(3)]
             size = {_BOX: (radius, radius, 2e-3), _SPHERE: (1.5 * radius,), _CYLINDER: (radius, 2e-3)}[geom]
             height = 1.5 * radius if geom == _SPHERE else 2e-3
             turn = float(rng.uniform(0.0, 2.0 * np.pi))
-            bodies.append(_Body(kind=geom, size=size, place=place, height=height, yaw=turn, force=force))
+            bodies.append(_Body(kind=geom, size=size, place=(x, y), height=height, yaw=turn, force=force))
         # No body reaches farther than one and a half times its first size.
         if np.linalg.norm(np.subtract(bodies[0].place, bodies[1].place)) > 1.5 * (
             bodies[0].size[0] + bodies[1].size[0]
