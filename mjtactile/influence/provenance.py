@@ -12,6 +12,7 @@ from mjtactile.errors import CorruptInfluenceError, StaleInfluenceError
 from mjtactile.fem.mesh import mesh_description, sheet_mesh
 from mjtactile.fidelity import Fidelity, MeshDensity, as_fidelity, fidelity_summary, mesh_name
 from mjtactile.influence.table import FORMAT_VERSION, SWEPT_VERSION
+from mjtactile.influence.taxel_mean import material_cuts
 from mjtactile.pad import Pad, require_pad
 from mjtactile.pad_names import pad_from_text
 
@@ -64,6 +65,8 @@ def influence_fingerprint(pad: Pad, fidelity: Fidelity) -> str:
     # Added only if not default, so that tables of versions without these choices stay valid.
     if fidelity.averaging != "points":
         description.append({"averaging": fidelity.averaging})
+        if any(any(material_cuts(pad, layer)) for layer in range(pad.sensing_layers)):
+            description.append({"means": "of halves of each material"})
     if fidelity.loads != "nodes":
         # "fitted" distinguishes these tables from those of a version that fitted columns to rounding errors, too.
         description.append({"loads": fidelity.loads, "fitted": "to what is felt"})

@@ -3,8 +3,11 @@
 A reading is then the von Mises stress of the mean stress over the ball, or the mean of those of its four quarters. By
 the triangle inequality it is at most the mean of the von Mises stress over all sample points; it is less only where the
 stress tensor's direction varies within the averaged part. Near a contact the direction varies more along the surface
-than with depth, so two planes through the normal cut the ball into quarters. Tables have the usual format, with one
-sample point per part.
+than with depth, so two planes through the normal cut the ball into quarters. Where the material changes within a ball,
+stress along the interface jumps, often from pull to push, and across a stiff sheet that bends it changes its sign. So
+balls are also cut there, and each material's part once more at half its height: without that, readings at a stiff sheet
+in soft rubber are 20 to 30 % too low, and with it 3 % in the median. Tables have the usual
+format, with one sample point per part.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from mjtactile._types import Array, Indices, Mask, Tables
 from mjtactile.fem.symmetry import MirrorPlanes
 from mjtactile.fem.taxel_quadrature import folded_sampling, sampling_tables, stored_average
 from mjtactile.pad import LENGTH_TOLERANCE, Pad
+from mjtactile.pad_shape.taxels import FreeTaxels
 
 #: Sample points closer than this, over the ball's radius, to a plane between quarters count half in each quarter [-].
 _ON_PLANE = 100 * LENGTH_TOLERANCE
@@ -35,13 +39,12 @@ class LayerMeans:
         pad: the sheet and its taxels.
         sampling: tables of the layer's own sample points, see `taxel_quadrature.sampling_tables`.
         sensing_layer: counted from the top.
-        averaging: "mean" for whole balls, "quarters" for their quarters.
+        averaging: "mean" for whole balls, "quarters" for their quarters; both with `material_cuts`.
     """
 
     def __init__(self, pad: Pad, sampling: Tables, sensing_layer: int, averaging: str) -> None:
         self._mirrors = MirrorPlanes(*pad.surface.mirrors)
-        balls = _whole_balls(pad, sampling, sensing_layer)
-        parts = _quarters(pad, sampling, sensing_layer, balls) if averaging == "quarters" else balls
+        parts = _ball_parts(pad, sampling, sensing_layer, quartered=averaging == "quarters")
         points, folded = folded_sampling(pad, parts.centres, parts.share, parts.taxel)
         #: Sampling tables that replace the layer's own.
         self.sampling: Tables = sampling_tables(points, sensing_layer)
@@ -81,32 +84,73 @@ class _BallParts:
     rows: sparse.csr_array  #: weights of the sample points in each part's mean, (parts, images * folded points)
 
 
-def _whole_balls(pad: Pad, sampling: Tables, sensing_layer: int) -> _BallParts:
-    rows = stored_average(sampling, sensing_layer, MirrorPlanes(*pad.surface.mirrors))
-    centres = pad.taxel_points(sensing_layer)
-    return _BallParts(np.arange(len(centres)), np.ones(len(centres)), centres, rows)
-
-
-def _quarters(pad: Pad, sampling: Tables, sensing_layer: int, balls: _BallParts) -> _BallParts:
-    """Quarters of balls, cut by two planes through the pad's normal, without those beyond the pad's side."""
-    signs = np.array([(*image, 1) for image in MirrorPlanes(*pad.surface.mirrors).images])
+def _ball_parts(pad: Pad, sampling: Tables, sensing_layer: int, *, quartered: bool) -> _BallParts:
+    """Balls, or their quarters without those beyond the pad's side, cut by `material_cuts`."""
+    mirrors = MirrorPlanes(*pad.surface.mirrors)
+    rows = stored_average(sampling, sensing_layer, mirrors)
+    centres, cuts = pad.taxel_points(sensing_layer), material_cuts(pad, sensing_layer)
+    if not (quartered or any(cuts)):
+        return _BallParts(np.arange(len(centres)), np.ones(len(centres)), centres, rows)
+    signs = np.array([(*image, 1) for image in mirrors.images])
     positions = (signs[:, None] * sampling[f"sampling points {sensing_layer}"]).reshape(-1, 3)
-    weights = sparse.coo_array(balls.rows)
+    weights = sparse.coo_array(rows)
+    slab = np.zeros(len(weights.data), dtype=np.intp)
+    if any(cuts):
+        depths = pad.feet(positions)[0][weights.col, 2]
+        slab += [np.searchsorted(cuts[taxel], depth) for taxel, depth in zip(weights.row, depths, strict=True)]
+    in_quarters = [np.ones(len(weights.data))]
+    if quartered:
+        in_quarters = _in_quarters(pad, sensing_layer, positions[weights.col] - centres[weights.row], weights.row)
+    parts = []
+    for inside, number in itertools.product(in_quarters, range(int(slab.max()) + 1)):
+        of_part = weights.data * inside * (slab == number)
+        part = sparse.csr_array((of_part, (weights.row, weights.col)), shape=weights.shape)
+        share = part.sum(axis=1)
+        kept = np.flatnonzero(share > _LEAST_SHARE)
+        part = sparse.csr_array(sparse.diags_array(1 / share[kept]) @ part[kept])
+        parts.append(_BallParts(kept, share[kept], part @ positions, part))
+    return _BallParts(
+        np.concatenate([one.taxel for one in parts]),
+        np.concatenate([one.share for one in parts]),
+        np.concatenate([one.centres for one in parts]),
+        sparse.csr_array(sparse.vstack([one.rows for one in parts])),
+    )
+
+
+def _in_quarters(pad: Pad, sensing_layer: int, offsets: Array, taxel: Indices) -> list[Array]:
+    """Fraction of each sample point in each quarter of its ball, cut by two planes through the pad's normal.
+
+    Args:
+        pad: the sheet and its taxels.
+        sensing_layer: counted from the top.
+        offsets: of the points from their taxels [m], (points, 3).
+        taxel: of each point, (points,).
+    """
     feet = pad.taxel_feet(sensing_layer)
     tangents = pad.surface.frames(feet[:, 0], feet[:, 1])[:, :2]
-    offsets = np.einsum("eac,ec->ea", tangents[weights.row], positions[weights.col] - balls.centres[weights.row])
-    offsets = np.where(np.abs(offsets) < _ON_PLANE * pad.sampling_radius, 0.0, np.sign(offsets))
-    quarters = []
-    for side in itertools.product((1, -1), repeat=2):
-        inside = ((1 + offsets * side) / 2).prod(axis=1)
-        rows = sparse.csr_array((weights.data * inside, (weights.row, weights.col)), shape=weights.shape)
-        share = rows.sum(axis=1)
-        kept = np.flatnonzero(share > _LEAST_SHARE)
-        rows = sparse.csr_array(sparse.diags_array(1 / share[kept]) @ rows[kept])
-        quarters.append(_BallParts(kept, share[kept], rows @ positions, rows))
-    return _BallParts(
-        np.concatenate([one.taxel for one in quarters]),
-        np.concatenate([one.share for one in quarters]),
-        np.concatenate([one.centres for one in quarters]),
-        sparse.csr_array(sparse.vstack([one.rows for one in quarters])),
-    )
+    along = np.einsum("eac,ec->ea", tangents[taxel], offsets)
+    sides = np.where(np.abs(along) < _ON_PLANE * pad.sampling_radius, 0.0, np.sign(along))
+    return [((1 + sides * side) / 2).prod(axis=1) for side in itertools.product((1, -1), repeat=2)]
+
+
+def material_cuts(pad: Pad, sensing_layer: int) -> list[list[float]]:
+    """Depths at which each ball of a sensing layer is cut [m], top first; none for a ball in one material.
+
+    A ball is cut where the material changes, and halfway between these depths and its ends.
+    """
+    changes = [
+        -height
+        for height, above, below in zip(pad.interfaces, pad.layers, pad.layers[1:], strict=False)
+        if (above.young, above.poisson) != (below.young, below.poisson)
+    ]
+    depths = pad.taxel_feet(sensing_layer)[:, 2].tolist()
+    free = isinstance(pad.taxels, FreeTaxels)
+    radii = pad.sensed_radii if free else itertools.repeat(pad.sampling_radius, len(depths))
+    tolerance = LENGTH_TOLERANCE * pad.thickness
+    cuts: list[list[float]] = []
+    for depth, radius in zip(depths, radii, strict=True):
+        top, bottom = max(depth - radius, 0.0), min(depth + radius, pad.thickness)
+        ends = [top, *(change for change in changes if top + tolerance < change < bottom - tolerance), bottom]
+        halves = [(upper + lower) / 2 for upper, lower in itertools.pairwise(ends)]
+        cuts.append(sorted([*ends[1:-1], *halves]) if len(ends) > 2 else [])
+    return cuts
