@@ -186,6 +186,26 @@ def test_a_square_may_lie_askew_to_its_cells():
     assert off_by(influence, 30.0, 60) < min(0.006, askew[1])
 
 
+@pytest.mark.parametrize("askew", [0.0, 20.0])
+def test_a_contact_turned_with_its_dome_reads_turned(askew):
+    """Cells turn along: a square in the plane that touches beside the diagonal. Patches of the compliance do not."""
+    bulge, readings = in_double_precision(BULGES["dome"], COARSE), []
+    outer = bulge.surface.outer
+    for turns, (x, y) in enumerate([(3e-3, 2.5e-3), (-2.5e-3, 3e-3)]):
+        normal, z = outer.normals(x, y), float(outer.height(x, y))
+        face = rotate(box(x - 1.5e-3, y - 1.5e-3, x + 1.5e-3, y + 1.5e-3), askew + 90.0 * turns)
+        plate = Footprint.from_height(
+            lambda u, v, at=(x, y, z), n=normal: at[2] - (n[0] * (u - at[0]) + n[1] * (v - at[1])) / n[2],
+            bulge.surface,
+            outline=face,
+        )
+        force = -0.8 * normal
+        load = contact_load(bulge, plate, force, moment=np.cross([x, y, z], force), law="elastic", cells=20)
+        readings.append(bulge.readings(load))
+    expected = np.rot90(readings[0], -1, (1, 2))
+    np.testing.assert_allclose(readings[1], expected, rtol=0, atol=5e-4 * expected.max())
+
+
 def as_patch(surface: Surface) -> SurfacePatch:
     """The same surface over the pad as splines, which know of no mirrors."""
     lines = [np.linspace(-half, half, 33) for half in (5.2e-3, 3.7e-3)]

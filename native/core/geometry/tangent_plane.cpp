@@ -61,11 +61,13 @@ void TangentPlane::touch(const OuterSurface& surface, const Point& foot) {
   const SurfacePoint at = surface.at(foot.x, foot.y);
   origin_[0] = foot.x, origin_[1] = foot.y, origin_[2] = at.z;
   double *along = axes_, *across = axes_ + 3, *normal = axes_ + 6;
-  const double length = std::sqrt(1.0 + at.slopes[0] * at.slopes[0]);
-  along[0] = 1.0 / length, along[1] = 0.0, along[2] = at.slopes[0] / length;
   const double upright[3] = {-at.slopes[0], -at.slopes[1], 1.0}, size = std::sqrt(dot(upright, upright));
   for (int k = 0; k < 3; ++k) normal[k] = upright[k] / size;
-  cross(normal, along, across);
+  // The pad's axes, turned the shortest way. Cells lie along them, so that a contact that is turned or mirrored with
+  // its pad keeps its cells.
+  const double x = normal[0], y = normal[1], less = 1.0 / (1.0 + normal[2]), shared = -x * y * less;
+  along[0] = 1.0 - x * x * less, along[1] = shared, along[2] = -x;
+  across[0] = shared, across[1] = 1.0 - y * y * less, across[2] = -y;
   if (surface.is_quadric()) {
     const double* numbers = surface.numbers();
     const double weights[3] = {numbers[0], numbers[1], 1.0 / (numbers[2] * numbers[2])};

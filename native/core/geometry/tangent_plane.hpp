@@ -1,7 +1,7 @@
 // A tangent plane of a curved pad's surface, in which a contact around its point is solved.
 //
 // The plane's frame has its origin at the point where it touches. Coordinates u and v run along the plane, w out of the
-// pad. The u axis is the tangent above the pad's x axis.
+// pad. The axes are those of the pad frame, turned the shortest way from z to w.
 #pragma once
 
 #include <vector>
