@@ -110,6 +110,8 @@ TURNED = {
     15200204: "three loads in a line seemed to have one between them that they pass by, 0.5 %",
     23500367: "a spring that hung free but for rounding counted into the area in contact, 3.4e-4",
     33500304: "nodes of cells lay on a box's sides, and rounding told which of the cells were whole, 6.5e-5",
+    77000642: "regions of three spots grew to the same one; rounding told which of their lattices had a cell, 0.5 %",
+    78000266: "a mesh's bottom was level across a ridge, and rounding told on which side of it a search went on, 6e-6",
 }
 
 

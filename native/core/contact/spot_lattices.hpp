@@ -47,8 +47,10 @@ class SpotLattices {
   bool lay_along_ridges(const Look& look, SampledLattices& lattices);
   Number number_of_cells(const Look& look) const;
   void set_regions(const Look& look);
+  void merge_same_regions();
   Lattice lattice_over(const Look& look, std::size_t number, double cells, double coarser) const;
 
+  std::vector<Spot> spots_;        // those of the look, less those that were merged
   std::vector<Region> regions_;
   std::vector<std::uint8_t> follows_;   // for each spot, whether its cells follow ridges
   bool along_ridges_ = false;

@@ -4,6 +4,13 @@
 #include <cmath>
 
 namespace mjtactile {
+namespace {
+
+// Heights that differ by at most this are equal, over the tolerance. Rounding must not choose between them: the bottom
+// of a mesh may be level across a ridge.
+constexpr double kSame = 1e-6;
+
+}  // namespace
 
 // The search for one lowest point, between a sample that is lower than those beside it and these.
 class CrossingSearch {
@@ -19,7 +26,7 @@ class CrossingSearch {
       if (std::max(heights[0], heights[2]) - heights[1] < tolerance) break;
       const double left = (places[0] + places[1]) / 2, right = (places[1] + places[2]) / 2;
       const double before = height(left), after = height(right);
-      if (std::min(before, after) >= heights[1]) {
+      if (std::min(before, after) >= heights[1] - kSame * tolerance) {
         keep(left, before), keep(right, after);
         places = {left, places[1], right}, heights = {before, heights[1], after};
       } else if (before <= after) {
