@@ -175,12 +175,17 @@ def _local_frame(pad: Pad, foot: Array, radius: float) -> tuple[Array, Array, Ar
     half_size = np.array(pad.size) / 2
     lower = np.maximum((-half_size - foot[:2]) / speeds, -radius)
     upper = np.minimum((half_size - foot[:2]) / speeds, radius)
-    if max(lower[0], -upper[0]) <= -radius < max(lower[1], -upper[1]):  # the sides along y alone cut the ball
+    cut = np.maximum(lower, -upper) > -radius  # by the sides that bound the pad along x, and along y
+    if cut[1] and not cut[0]:
         second = rates[1] / speeds[1]
         first = np.asarray(np.cross(second, normal), dtype=np.float64)
     else:
         first = rates[0] / speeds[0]
         second = np.asarray(np.cross(normal, first), dtype=np.float64)
+    if cut[0] == cut[1]:  # neither side or both: a taxel turned with the surface gets axes turned with it
+        axis = pad.surface.frames(foot[0], foot[1])[0]
+        cosine, sine = np.array([first @ axis, second @ axis]) / np.hypot(first @ axis, second @ axis)
+        first, second = cosine * first + sine * second, cosine * second - sine * first
     tangents = np.stack([first, second])
     bending = tangents @ turning[:, :2] @ rates @ tangents.T
     return np.stack([first, second, normal]), (bending + bending.T) / 2, lower, upper

@@ -31,7 +31,7 @@ from mjtactile.fem.stiffness import Parity
 #: Incremented whenever the meaning of a stored array changes; older files are then rebuilt.
 FORMAT_VERSION = 3
 #: Incremented whenever the numbers in curved pads' tables change; tables of flat pads stay valid.
-SWEPT_VERSION = 1
+SWEPT_VERSION = 2
 
 _DTYPES = {
     "F64": np.float64,

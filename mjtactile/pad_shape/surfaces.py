@@ -88,13 +88,13 @@ class Surface(ABC):
     def frames(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
         """Orthonormal axes at points (x, y) [m] in the pad frame, as rows, shape (..., 3, 3).
 
-        They are the tangent above the x axis, the other tangent, and the normal out of the pad.
+        They are the pad frame's, turned the shortest way from z to the normal out of the pad, which is the third. So
+        they turn with points that are turned about z. The core's tangent planes have the same axes.
         """
-        jet, normals = self.jet(*_points(x, y)), self.normals(x, y)
-        tangent = np.stack([np.ones_like(jet.x), np.zeros_like(jet.x), jet.x], axis=-1)
-        tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
-        across = np.asarray(np.cross(normals, tangent), dtype=float)
-        return np.stack([tangent, across, normals], axis=-2)
+        normals = self.normals(x, y)
+        between = normals + np.array([0.0, 0.0, 1.0])  # half the turn about the same axis
+        tangents = np.eye(3)[:2] - normals[..., :2, None] * (between / between[..., 2:])[..., None, :]
+        return np.concatenate([tangents, normals[..., None, :]], axis=-2)
 
     def stretch(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
         """Area of the surface over the area of its projection at points (x, y) [m], at least 1 [-]."""

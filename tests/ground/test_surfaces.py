@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from mjtactile.errors import PadError
 from mjtactile.pad import FreeTaxels, Layer, Pad, TaxelGrid
@@ -78,6 +79,16 @@ def test_a_point_finds_its_foot(surface: Surface, place):
     feet, miss = surface.feet(point[None], (HALF, HALF))
     np.testing.assert_allclose(feet[0], place, atol=1e-12)
     assert miss[0] < 1e-14
+
+
+@settings(deadline=None)  # the first spline imports scipy
+@given(surfaces, places)
+def test_axes_on_a_surface_are_turned_the_shortest_way(surface: Surface, place):
+    axes = surface.frames(*place[:2])
+    np.testing.assert_allclose(axes[2], surface.normals(*place[:2]), rtol=0, atol=1e-15)
+    turn = Rotation.from_matrix(axes.T)
+    np.testing.assert_allclose(turn.as_matrix(), axes.T, rtol=0, atol=1e-14)  # they are a rotation
+    assert turn.as_rotvec()[2] == pytest.approx(0.0, abs=1e-14)  # about an axis in the plane
 
 
 @given(radii, places)
