@@ -27,8 +27,6 @@ from mjtactile.units import GRAM_FORCE
 #: Scalings of the maximum readings for the magnitude network: by the largest reading of their layer among the training
 #: samples, or by the largest of all layers.
 SCALINGS = ("each layer", "all layers")
-#: Fraction of a unit's work for the direction network, for the progress bar [-].
-_DIRECTION_SHARE = 0.1
 
 
 def force_study(
@@ -61,10 +59,13 @@ def force_study(
     known = oblique_readings(influence, law, TRAINING_ANGLES)[:, :layers]
     unknown = oblique_readings(influence, law, UNKNOWN_ANGLES)[:, :layers]
     design = NetworkDesign(hidden=DIRECTION_HIDDEN[layers], **of_network)
-    directions = _train_directions(design, known, training)
+    shorter = replace(training, iterations=min(DIRECTION_ITERATIONS, training.iterations))
+    directions = train(design, over_maximum(known), unit_vectors(TRAINING_ANGLES), shorter)
     peaks = _peaks(known, TRAINING_FORCES)
     scale = peaks.max(axis=0) if scaling == "each layer" else np.full(layers, peaks.max())
-    magnitudes = _train_magnitudes(replace(design, hidden=MAGNITUDE_HIDDEN[layers]), peaks / scale, training)
+    inputs = _magnitude_inputs(unit_vectors(TRAINING_ANGLES), TRAINING_FORCES, peaks / scale)
+    targets = np.tile(TRAINING_FORCES, len(TRAINING_ANGLES))[:, None] / FULL_FORCE
+    magnitudes = train(replace(design, hidden=MAGNITUDE_HIDDEN[layers]), inputs, targets, training)
     recognised = directions(over_maximum(unknown))
     return {
         "direction": _direction_result(directions, directions(over_maximum(known)), recognised),
@@ -72,24 +73,6 @@ def force_study(
             magnitudes, recognised[int(directions.error.argmin())], _peaks(unknown, UNKNOWN_FORCES) / scale
         ),
     }
-
-
-def _train_directions(design: NetworkDesign, readings: Array, training: Training) -> Networks:
-    shorter = replace(
-        training,
-        iterations=min(DIRECTION_ITERATIONS, training.iterations),
-        progress=lambda share: training.progress(_DIRECTION_SHARE * share),
-    )
-    return train(design, over_maximum(readings), unit_vectors(TRAINING_ANGLES), shorter)
-
-
-def _train_magnitudes(design: NetworkDesign, peaks: Array, training: Training) -> Networks:
-    inputs = _magnitude_inputs(unit_vectors(TRAINING_ANGLES), TRAINING_FORCES, peaks)
-    targets = np.tile(TRAINING_FORCES, len(TRAINING_ANGLES))[:, None] / FULL_FORCE
-    rest = replace(
-        training, progress=lambda share: training.progress(_DIRECTION_SHARE + (1.0 - _DIRECTION_SHARE) * share)
-    )
-    return train(design, inputs, targets, rest)
 
 
 def over_maximum(readings: Array) -> Array:

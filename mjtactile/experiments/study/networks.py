@@ -70,8 +70,6 @@ class Training:
     iterations: int  #: largest number of iterations
     tolerance: float = 0.0  #: root mean square error at which the training of a network stops
     precision: torch.dtype = torch.float32  #: floating-point type
-    #: Function that is called with the fraction of the work done.
-    progress: Callable[[float], None] = lambda share: None
 
 
 def train(design: NetworkDesign, inputs: Array, targets: Array, training: Training) -> Networks:
@@ -102,7 +100,6 @@ def train(design: NetworkDesign, inputs: Array, targets: Array, training: Traini
         error = error_and_gradient()
         if done % LOOK_EVERY == 0 or done == iterations:
             least = _keep_better(best, parameters, least, error, tolerance)
-            training.progress(done / iterations)
             if done == iterations or bool((least.sqrt() <= tolerance).all()):
                 break
         optimiser.step()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -90,7 +90,7 @@ class Unit:
             return 0.15e-3 * self.seeds * self.iterations + 1.0
         return (7e-3 if self.layers == 4 else 0.3e-3) * self.seeds * self.iterations / 2 + 2.0
 
-    def run(self, progress: Callable[[float], None]) -> dict[str, Any]:
+    def run(self) -> dict[str, Any]:
         """Train and test; results as in force.py and shape.py."""
         import torch
 
@@ -103,7 +103,7 @@ class Unit:
         study = force_study if self.study == "force" else shape_study
         options = {"tolerance": 0.0 if self.study == "force" else TOLERANCE, **self.options}
         tolerance = options.pop("tolerance")
-        training = Training(seeds=range(self.seeds), iterations=self.iterations, tolerance=tolerance, progress=progress)
+        training = Training(seeds=range(self.seeds), iterations=self.iterations, tolerance=tolerance)
         return study(influence, law=self.law, layers=self.layers, training=training, **options)
 
 

@@ -49,11 +49,11 @@ def test_an_interrupted_study_goes_on_where_it_stopped(cache, monkeypatch):
     settings = replace(TINY, seeds=1)
     ran, run = [], plan.Unit.run
 
-    def runs_out(unit, progress):
+    def runs_out(unit):
         if len(ran) == 3:
             raise KeyboardInterrupt
         ran.append(unit)
-        return run(unit, progress)
+        return run(unit)
 
     monkeypatch.setattr(plan.Unit, "run", runs_out)
     with pytest.raises(KeyboardInterrupt):
@@ -158,7 +158,7 @@ def test_the_docs_page_has_the_tables():
 
 
 def test_a_worker_that_fails_says_why(cache, monkeypatch):
-    def fails(unit, progress):
+    def fails(unit):
         raise MjTactileError("no room")
 
     monkeypatch.setattr(plan.Unit, "run", fails)
