@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from mjtactile.cli.options import PageOption, json_text
+from mjtactile.cli.options import PageOption, show_table
 
 
 def reproduce(
@@ -26,8 +26,7 @@ def reproduce(
     page: PageOption = None,
 ) -> None:
     """Train and test the networks of Aoyagi 2008 by the paper's protocol, and compare its tables with ours."""
-    from mjtactile._files import check_apart, check_writable, write_atomically
-    from mjtactile.cli.benchmarks.tables import table_on_page
+    from mjtactile._files import check_apart
     from mjtactile.experiments.study.plan import QUICK, StudySettings
     from mjtactile.experiments.study.report import study_report
     from mjtactile.experiments.study.reproduce import reproduce as run_study
@@ -44,11 +43,4 @@ def reproduce(
         settings = replace(settings, fidelity=fidelity)
     Workers(count=workers)
     check_apart({"--json": json_file, "--page": page})
-    check_writable(json_file)
-    write = table_on_page(page, "study")
-    found = run_study(settings, workers=workers, fresh=fresh)
-    report = study_report(found)
-    typer.echo(report)
-    if json_file is not None:
-        write_atomically(json_file, lambda file: file.write((json_text(found) + "\n").encode()))
-    write(report)
+    show_table(lambda: run_study(settings, workers=workers, fresh=fresh), study_report, "study", page, out=json_file)
