@@ -2,70 +2,36 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.contact.footprint import Footprint
-from mjtactile.fem.surface_grid import SurfaceGrid
 
 
-@dataclass(frozen=True, eq=False)
-class UniformBasis:
-    """Law "uniform" on one footprint as a linear map, valid while its pressure is positive everywhere.
+def uniform_basis(footprint: Footprint) -> Array:
+    """Nodal forces per unit of a wrench on a flat footprint, by law "uniform" while all its pressure is positive.
 
-    Attributes:
-        forces: nodal forces of its six parts [N], (6, nodes y, nodes x, 3), pad frame. Parts are the pressures 1, x and
-            y, the shears of 1 Pa along x and along y, and a rotational shear.
-        to_pressure: matrix from the integrals of (p, x p, y p) to the coefficients of pressures 1, x, y, (3, 3).
-        shear: area [m^2], centre x, y [m], and torsional moment of a unit rotational shear [N m].
+    Returns:
+        (6, nodes y, nodes x, 3) [N/N, N/(N m)]: force x, y, z and moment x, y, z about the pad's origin, pad frame.
     """
-
-    forces: Array
-    to_pressure: Array
-    shear: tuple[float, float, float, float]
-
-    @classmethod
-    def of(cls, footprint: Footprint) -> UniformBasis:
-        """The linear map of a flat footprint."""
-        surface, integrals = footprint.surface, footprint.integrals
-        local, nodes, (centre_x, centre_y, scale) = _local_frame(surface, integrals)
-        polar = np.einsum("yx,yx->", local[1], nodes[1]) + np.einsum("yx,yx->", local[2], nodes[2])
-        forces = np.zeros((6, *surface.node_shape, 3))
-        forces[:3, ..., 2] = -integrals
-        forces[3, ..., 0] = forces[4, ..., 1] = local[0]
-        forces[5, ..., 0], forces[5, ..., 1] = -local[2], local[1]
-        to_pressure = np.column_stack([_pressure_coefficients(surface, integrals, unit) for unit in np.eye(3)])
-        shear = (float(local[0].sum()), float(centre_x), float(centre_y), float(scale * polar))
-        return cls(forces, to_pressure, shear)
-
-    @property
-    def shares(self) -> Array:
-        """Matrix from force x, y, z [N] and moment x, y, z [N m] to the factor of each part, (6, 6)."""
-        area, centre_x, centre_y, polar = self.shear
-        shares = np.zeros((6, 6))
-        # Integrals of (p, x p, y p) over the contact are -force z, moment y and -moment x.
-        shares[:3, [2, 4, 3]] = self.to_pressure * [-1.0, 1.0, -1.0]
-        shares[3, 0] = shares[4, 1] = 1.0 / area
-        shares[5, [0, 1, 5]] = np.array([centre_y, -centre_x, 1.0]) / polar
-        return shares
-
-
-def _local_frame(surface: SurfaceGrid, integrals: Array) -> tuple[Array, Array, Array]:
-    """Linear functions 1, (x - centre) / scale, (y - centre) / scale: nodal integrals, node values, (centre, scale)."""
+    surface, integrals = footprint.surface, footprint.integrals
     area, first_x, first_y = integrals.sum(axis=(1, 2))
-    centre, scale = np.array([first_x, first_y]) / area, np.sqrt(area)
-    local = np.stack([integrals[0], *((integrals[1:] - centre[:, None, None] * integrals[0]) / scale)])
-    x, y = np.meshgrid((surface.x.nodes - centre[0]) / scale, (surface.y.nodes - centre[1]) / scale)
-    return local, np.stack([np.ones_like(x), x, y]), np.array([*centre, scale])
-
-
-def _pressure_coefficients(surface: SurfaceGrid, integrals: Array, moments: Array) -> Array:
-    """Coefficients of 1, x, y whose pressure has the given integrals of p, x p and y p over the contact."""
-    local, nodes, (centre_x, centre_y, scale) = _local_frame(surface, integrals)
-    normal, first_x, first_y = moments
-    wanted = np.array([normal, (first_x - centre_x * normal) / scale, (first_y - centre_y * normal) / scale])
-    p, along_x, along_y = np.linalg.solve(np.einsum("iyx,jyx->ji", local, nodes), wanted)
-    along_x, along_y = along_x / scale, along_y / scale
-    return np.array([p - along_x * centre_x - along_y * centre_y, along_x, along_y])
+    centre_x, centre_y, scale = first_x / area, first_y / area, np.sqrt(area)
+    # Integrals and values at nodes of 1, (x - centre) / scale and (y - centre) / scale, which are alike in size.
+    to_local = np.array([[scale, 0.0, 0.0], [-centre_x, 1.0, 0.0], [-centre_y, 0.0, 1.0]]) / scale
+    local = np.einsum("ij,jyx->iyx", to_local, integrals)
+    x, y = np.meshgrid(surface.x.nodes, surface.y.nodes)
+    nodes = np.einsum("ij,jyx->iyx", to_local, np.stack([np.ones_like(x), x, y]))
+    # Parts of the load: pressures 1, x and y, shears of 1 Pa along x and along y, and a rotational shear.
+    parts = np.zeros((6, *surface.node_shape, 3))
+    parts[:3, ..., 2] = -integrals
+    parts[3, ..., 0] = parts[4, ..., 1] = local[0]
+    parts[5, ..., 0], parts[5, ..., 1] = -local[2], local[1]
+    # Factors of the pressures from the integrals of (p, x p, y p), which are -force z, moment y and -moment x.
+    to_pressure = to_local.T @ np.linalg.solve(np.einsum("iyx,jyx->ji", local, nodes), to_local)
+    torsion = scale * float(np.sum(local[1:] * nodes[1:]))  # moment of the rotational shear
+    shares = np.zeros((6, 6))
+    shares[:3, [2, 4, 3]] = to_pressure * [-1.0, 1.0, -1.0]
+    shares[3, 0] = shares[4, 1] = 1.0 / area
+    shares[5, [0, 1, 5]] = np.array([centre_y, -centre_x, 1.0]) / torsion
+    return np.einsum("pyxc,pw->wyxc", parts, shares)

@@ -13,7 +13,7 @@ import torch
 from torch import Tensor, nn
 
 from mjtactile.contact.footprint import Footprint
-from mjtactile.contact.uniform import UniformBasis
+from mjtactile.contact.uniform import uniform_basis
 from mjtactile.errors import InfluenceError, StaleInfluenceError, of_type, shortened
 from mjtactile.fem.curved.tractions import cell_integrals
 from mjtactile.fidelity import Fidelity, mesh_name
@@ -280,8 +280,7 @@ class PadModel(nn.Module):
                 "the footprint was made for another pad or mesh than this model's. Make it with influence matrices of "
                 "the same pad and fidelity."
             )
-        basis = UniformBasis.of(footprint.lowest_part)
-        return self._tensor(np.einsum("pyxc,pw->wyxc", basis.forces, basis.shares))
+        return self._tensor(uniform_basis(footprint.lowest_part))
 
     def get_extra_state(self) -> dict[str, Any]:
         """The pad's fingerprint and the layers, stored in a state dictionary instead of the matrices."""
