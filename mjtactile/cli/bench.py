@@ -54,7 +54,8 @@ def bench_trade(
 
     This takes ten minutes on an idle machine, mostly for building tables, which stay in the cache (about 3 GB).
     """
-    from mjtactile._files import check_apart, check_figure
+    from mjtactile._files import check_apart, check_figure, save_figure
+    from mjtactile.cli.benchmarks.figure import trade_figure
     from mjtactile.cli.benchmarks.tables import rounded, trade_table
     from mjtactile.cli.benchmarks.trade import trade_benchmark
 
@@ -66,7 +67,7 @@ def bench_trade(
 
     result = show_table(measure, trade_table, "trade", page, as_json=as_json, out=out)
     if figure is not None:
-        _draw_trade(result, figure)
+        save_figure(figure, trade_figure(result), dpi=130)
 
 
 @bench_app.command("small-contacts")
@@ -118,10 +119,3 @@ def _earlier(path: Path) -> dict[str, Any]:
             f"{path} holds no result of `bench trade`: {error or type(error).__name__}. Write one with --out."
         ) from error
     return result
-
-
-def _draw_trade(result: dict[str, Any], path: Path) -> None:
-    from mjtactile._files import save_figure
-    from mjtactile.cli.benchmarks.figure import trade_figure
-
-    save_figure(path, trade_figure(result), dpi=130)

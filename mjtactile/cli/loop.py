@@ -51,8 +51,9 @@ def loop(
     as_json: AsJson = False,
 ) -> None:
     """Control by touch: press with commanded forces, and sort seven unknown punches by recognised shape."""
-    from mjtactile._files import check_apart, check_figure, check_writable
+    from mjtactile._files import check_apart, check_figure, check_writable, save_figure
     from mjtactile.experiments.loop.clock import LoopSettings, steps_between
+    from mjtactile.experiments.loop.figure import loop_figure
     from mjtactile.experiments.loop.run import loop_recognisers, run_loop
     from mjtactile.fidelity import as_fidelity
 
@@ -82,7 +83,7 @@ def loop(
             settings, folder=weights, transducer=_transducer(seed) if transducer else None, watch=_all_of(watchers)
         )
         if record:
-            _save_figure(result, figure)
+            save_figure(figure, loop_figure(result), dpi=110)
         if film is not None:
             film.save(video)
     if as_json:
@@ -153,13 +154,6 @@ def _transducer(seed: int) -> Any:
     from mjtactile.transducer.imperfections import TYPICAL
 
     return Transducer(CapacitiveCell.with_range(_FULL_SCALE), TYPICAL, seed=seed)
-
-
-def _save_figure(result: LoopResult, path: Path) -> None:
-    from mjtactile._files import save_figure
-    from mjtactile.experiments.loop.figure import loop_figure
-
-    save_figure(path, loop_figure(result), dpi=110)
 
 
 def _print(result: LoopResult) -> None:

@@ -11,6 +11,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from mjtactile.experiments.markdown import markdown_table
+
 #: Environments that are measured, and their options by the name of the row.
 _NAMES = ("mjtactile/GraspLift-v0", "mjtactile/PressIdentify-v0")
 _OPTIONS: dict[str, dict[str, Any]] = {
@@ -162,15 +164,11 @@ class _Plain:
 def envs_table(result: dict[str, Any]) -> str:
     """The benchmark's result as a Markdown table."""
     count, threads = result["count"], result["threads"]
-    lines = [
-        f"| environment | pads | one: steps/s | one: of `mj_step` | {count}: steps/s | {count}: of `mj_step` | "
-        f"MuJoCo's steps in one step | `mj_step`, one thread: steps/s | `mj_step`, {threads} threads: steps/s |",
-        f"|{' --- |' * 9}",
-    ]
+    titles = ["environment", "pads", *(f"{n}: {what}" for n in ("one", count) for what in ("steps/s", "of `mj_step`"))]
+    titles += ["MuJoCo's steps in one step", "`mj_step`, one thread: steps/s", f"`mj_step`, {threads} threads: steps/s"]
+    rows = []
     for row in result["rows"]:
-        lines.append(
-            f"| {row['name']} | {row['pads']} | {1.0 / row['one_s']:,.0f} | {row['one_share']:.0%} | "
-            f"{1.0 / row['many_s']:,.0f} | {row['many_share']:.0%} | {row['substeps']} | {1.0 / row['plain_s']:,.0f} | "
-            f"{1.0 / row['plain_many_s']:,.0f} |"
-        )
-    return "\n".join(lines)
+        rates = [[f"{1.0 / row[f'{kind}_s']:,.0f}", f"{row[f'{kind}_share']:.0%}"] for kind in ("one", "many")]
+        plain = [f"{1.0 / row[name]:,.0f}" for name in ("plain_s", "plain_many_s")]
+        rows.append([row["name"], row["pads"], *rates[0], *rates[1], str(row["substeps"]), *plain])
+    return markdown_table(titles, rows)
