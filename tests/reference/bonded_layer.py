@@ -4,21 +4,15 @@
 
 Nothing here is discretised in space, so contacts of any size come out alike. That tells how much of a small contact the
 elements of a mesh miss. Displacements are u_r = integral U(z) J1(kr) k dk and u_z = integral W(z) J0(kr) k dk, with z
-downward. Navier's equations leave
-
-    U = (A + B z) e^(-kz) + (C - D z) e^(kz),
-    W = (A + B z + B (3 - 4 nu) / k) e^(-kz) - (C - D z + D (3 - 4 nu) / k) e^(kz).
-
-Pressure without shear at z = 0 and a fixed base at z = h give A to D at each k (Sneddon, *Fourier Transforms*, 1951,
-chapter 10).
+downward: the waves of layered_sheet.py, summed over all directions (Sneddon, *Fourier Transforms*, 1951, chapter 10).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from layered_sheet import plane_state, plane_waves, wave_factors
 from scipy.special import j0, j1
 
 from mjtactile._types import Array
@@ -33,69 +27,41 @@ PLACES = np.vstack([np.zeros(2), np.random.default_rng(3).uniform(-2e-3, 2e-3, (
 REACH = 2.5e-3
 #: Wave numbers go up to this many over the least depth. There the integrand has fallen by e^-17.
 _WAVES_PER_DEPTH = 17.0
+#: Points of the integral over wave numbers.
+_WAVES = 1500
 
 
-@dataclass(frozen=True)
-class BondedLayer:
-    """A layer bonded to a rigid base."""
+def stresses(layer: Layer, radius: float, depths: Array, distances: Array) -> Array:
+    """Stress in a layer under Hertz's pressure of 1 N over a circle.
 
-    layer: Layer
-    waves: int = 1500  #: points of the integral over wave numbers
+    Args:
+        layer: bonded to a rigid base.
+        radius: of the circle [m].
+        depths: below the surface [m], shape (m,).
+        distances: from the circle's axis [m], shape (n,).
 
-    def stresses(self, radius: float, depths: Array, distances: Array) -> Array:
-        """Stress under Hertz's pressure of 1 N over a circle.
-
-        Args:
-            radius: of the circle [m].
-            depths: below the surface [m], shape (m,).
-            distances: from the circle's axis [m], shape (n,).
-
-        Returns:
-            radial, hoop and axial stress and the shear of radius and depth [Pa], shape (m, n, 4); tension positive.
-        """
-        points, weights = np.polynomial.legendre.leggauss(self.waves)
-        most = _WAVES_PER_DEPTH / depths.min()
-        k, dk = (points + 1) * most / 2, weights * most / 2
-        peak, ka = 1.5 / (np.pi * radius**2), k * radius
-        pressure = peak * radius**2 * (np.sin(ka) - ka * np.cos(ka)) / ka**3
-        factors = self._factors(k) * (pressure * k * dk)
-        bessel, slope = j0(np.outer(distances, k)), j1(np.outer(distances, k))
-        lame, shear = self.layer.lame_lambda, self.layer.shear_modulus
-        found = np.empty((len(depths), len(distances), 4))
-        for depth, row in zip(depths, found, strict=True):
-            u, w, du, dw = np.einsum("ik,ijk->jk", factors, self._solutions(k, depth))
-            dilatation, stretch, moved = bessel @ (k * u + dw), bessel @ (k * u), slope @ u
-            # u_r / r tends to half the stretch of the axis.
-            hoop = np.divide(moved, distances, out=stretch / 2, where=distances > 0.0)
-            row[:, 0] = lame * dilatation + 2 * shear * (stretch - hoop)
-            row[:, 1] = lame * dilatation + 2 * shear * hoop
-            row[:, 2] = lame * dilatation + 2 * shear * (bessel @ dw)
-            row[:, 3] = shear * (slope @ (du - k * w))
-        return found
-
-    def _solutions(self, k: Array, depth: float) -> Array:
-        """U, W and their derivatives along z of the four solutions, shape (4, 4, waves); growing ones from the base."""
-        other = (3 - 4 * self.layer.poisson) / k
-        down, up, z = np.exp(-k * depth), np.exp(k * (depth - self.layer.thickness)), depth
-        return np.array(
-            [
-                [down, down, -k * down, -k * down],
-                [z * down, (z + other) * down, (1 - k * z) * down, (1 - k * (z + other)) * down],
-                [up, -up, k * up, -k * up],
-                [-z * up, (z - other) * up, -(1 + k * z) * up, (1 + k * (z - other)) * up],
-            ]
-        )
-
-    def _factors(self, k: Array) -> Array:
-        """A to D under a unit pressure at each wave number, shape (4, waves)."""
-        top, base = self._solutions(k, 0.0), self._solutions(k, self.layer.thickness)
-        axial = self.layer.lame_lambda * (k * top[:, 0] + top[:, 3]) + 2 * self.layer.shear_modulus * top[:, 3]
-        shear = self.layer.shear_modulus * (top[:, 2] - k * top[:, 1])
-        equations: Array = np.stack([axial, shear, base[:, 0], base[:, 1]])
-        known = np.zeros((len(k), 4, 1))
-        known[:, 0] = -1.0
-        factors: Array = np.linalg.solve(np.moveaxis(equations, 2, 0), known)[..., 0].T.astype(np.float64)
-        return factors
+    Returns:
+        radial, hoop and axial stress and the shear of radius and depth [Pa], shape (m, n, 4); tension positive.
+    """
+    points, weights = np.polynomial.legendre.leggauss(_WAVES)
+    most = _WAVES_PER_DEPTH / depths.min()
+    k, dk = (points + 1) * most / 2, weights * most / 2
+    peak, ka = 1.5 / (np.pi * radius**2), k * radius
+    pressure = peak * radius**2 * (np.sin(ka) - ka * np.cos(ka)) / ka**3
+    factors = wave_factors((layer,), plane_state, k)[..., 0] * (-pressure * k * dk)[:, None]
+    bessel, slope = j0(np.outer(distances, k)), j1(np.outer(distances, k))
+    lame, shear = layer.lame_lambda, layer.shear_modulus
+    found = np.empty((len(depths), len(distances), 4))
+    for depth, row in zip(depths, found, strict=True):
+        u, w, du, dw = (np.sum(one * factors, axis=1) for one in plane_waves(layer, k, depth))
+        dilatation, stretch, moved = bessel @ (k * (u + dw)), bessel @ (k * u), slope @ u
+        # u_r / r tends to half the stretch of the axis.
+        hoop = np.divide(moved, distances, out=stretch / 2, where=distances > 0.0)
+        row[:, 0] = lame * dilatation + 2 * shear * (stretch - hoop)
+        row[:, 1] = lame * dilatation + 2 * shear * hoop
+        row[:, 2] = lame * dilatation + 2 * shear * (bessel @ (k * dw))
+        row[:, 3] = shear * (slope @ (k * (du - w)))
+    return found
 
 
 def top_readings(pad: Pad, radius: float, place: Array) -> Array:
@@ -114,7 +80,7 @@ def top_readings(pad: Pad, radius: float, place: Array) -> Array:
     points = points * pad.sampling_radius
     levels, level = np.unique(np.round(pad.depths[0] + points[:, 2], 12), return_inverse=True)
     grid = np.linspace(0.0, REACH + pad.sampling_radius, 400)
-    stress = BondedLayer(layer).stresses(radius, levels, grid)
+    stress = stresses(layer, radius, levels, grid)
     x, y = np.meshgrid(pad.grid.x, pad.grid.y)
     away = np.hypot(x - place[0], y - place[1])
     readings = np.full(away.shape, np.nan)
@@ -127,7 +93,7 @@ def top_readings(pad: Pad, radius: float, place: Array) -> Array:
 
 
 def von_mises(stress: Array) -> Array:
-    """Von Mises stress of (..., 4) stresses as `BondedLayer.stresses` gives them."""
+    """Von Mises stress of (..., 4) stresses as `stresses` gives them."""
     radial, hoop, axial, shear = np.moveaxis(stress, -1, 0)
     return np.sqrt(((radial - hoop) ** 2 + (hoop - axial) ** 2 + (axial - radial) ** 2) / 2 + 3 * shear**2)
 

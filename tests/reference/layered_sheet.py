@@ -115,29 +115,9 @@ class LayeredSheet:
         squares = np.unique(np.add.outer(numbers, numbers))
         some = np.array_split(self._lengths(squares), len(squares) // _AT_ONCE + 1)
         plane, twist = (
-            np.concatenate([self._solved(state, k) for k in some]) for state in (_plane_state, _twist_state)
+            np.concatenate([wave_factors(self.layers, state, k) for k in some]) for state in (plane_state, _twist_state)
         )
         return squares, plane, twist
-
-    def _solved(self, state: Callable[[Layer, Array, float], Array], k: Array) -> Array:
-        """Factors of the solutions of all layers, displacements and tractions of which are given by `state`."""
-        unit = self.layers[0].shear_modulus
-        tops, bottoms = ([state(layer, k, share * layer.thickness) for layer in self.layers] for share in (0.0, 1.0))
-        count, half = tops[0].shape[1], tops[0].shape[1] // 2
-        scale = np.repeat([1.0, 1.0 / unit], half)[:, None]  # displacements and tractions become alike in size
-        equations = np.zeros((len(k), count * len(self.layers), count * len(self.layers)))
-        equations[:, :half, :count] = tops[0][:, half:] / unit
-        for place, bottom in enumerate(bottoms):
-            rows, own = half + count * place, slice(count * place, count * place + count)
-            if place + 1 < len(self.layers):
-                equations[:, rows : rows + count, own] = scale * bottom
-                equations[:, rows : rows + count, own.stop : own.stop + count] = -scale * tops[place + 1]
-            else:
-                equations[:, rows:, own] = bottom[:, :half]
-        known = np.zeros((len(k), count * len(self.layers), half))
-        known[:, np.arange(half), np.arange(half)] = 1.0 / (unit * k[:, None])
-        factors: Array = np.linalg.solve(equations, known).astype(np.float64)
-        return factors
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +135,34 @@ class StressPlane:
         return np.moveaxis((along_y @ self.parts @ along_x).real, 0, -1)
 
 
-def _plane_waves(layer: Layer, k: Array, depth: float) -> tuple[Array, Array, Array, Array]:
+def wave_factors(layers: Sequence[Layer], state: Callable[[Layer, Array, float], Array], k: Array) -> Array:
+    """Factors of the solutions of all layers under unit tractions at the surface, (waves, solutions, loads).
+
+    Args:
+        layers: on a rigid base, top first.
+        state: displacements, and tractions over k, of a layer's solutions at a depth in it: `plane_state`, for example.
+        k: wave numbers [1/m].
+    """
+    unit = layers[0].shear_modulus
+    tops, bottoms = ([state(layer, k, share * layer.thickness) for layer in layers] for share in (0.0, 1.0))
+    count, half = tops[0].shape[1], tops[0].shape[1] // 2
+    scale = np.repeat([1.0, 1.0 / unit], half)[:, None]  # displacements and tractions become alike in size
+    equations = np.zeros((len(k), count * len(layers), count * len(layers)))
+    equations[:, :half, :count] = tops[0][:, half:] / unit
+    for place, bottom in enumerate(bottoms):
+        rows, own = half + count * place, slice(count * place, count * place + count)
+        if place + 1 < len(layers):
+            equations[:, rows : rows + count, own] = scale * bottom
+            equations[:, rows : rows + count, own.stop : own.stop + count] = -scale * tops[place + 1]
+        else:
+            equations[:, rows:, own] = bottom[:, :half]
+    known = np.zeros((len(k), count * len(layers), half))
+    known[:, np.arange(half), np.arange(half)] = 1.0 / (unit * k[:, None])
+    factors: Array = np.linalg.solve(equations, known).astype(np.float64)
+    return factors
+
+
+def plane_waves(layer: Layer, k: Array, depth: float) -> tuple[Array, Array, Array, Array]:
     """U, W and their derivatives along q of the four solutions at a depth in a layer, each (k, 4)."""
     c, q, p = 3 - 4 * layer.poisson, k * depth, k * (depth - layer.thickness)
     down, up, zero = np.exp(-q), np.exp(p), np.zeros_like(q)
@@ -168,14 +175,14 @@ def _plane_waves(layer: Layer, k: Array, depth: float) -> tuple[Array, Array, Ar
 
 def _plane_stress(layer: Layer, k: Array, depth: float) -> Array:
     """ss, tt, dd and sd / -i of the four solutions [Pa/m], (k, 4 stresses, 4)."""
-    u, w, du, dw = _plane_waves(layer, k, depth)
+    u, w, du, dw = plane_waves(layer, k, depth)
     spread, shear = layer.lame_lambda * (u + dw), layer.shear_modulus
     return k[:, None, None] * np.stack([spread + 2 * shear * u, spread, spread + 2 * shear * dw, shear * (du - w)], 1)
 
 
-def _plane_state(layer: Layer, k: Array, depth: float) -> Array:
+def plane_state(layer: Layer, k: Array, depth: float) -> Array:
     """U, W, and dd and sd / -i over k, of the four solutions, (k, 4, 4)."""
-    u, w, _, _ = _plane_waves(layer, k, depth)
+    u, w, _, _ = plane_waves(layer, k, depth)
     return np.concatenate([np.stack([u, w], 1), _plane_stress(layer, k, depth)[:, 2:] / k[:, None, None]], axis=1)
 
 
