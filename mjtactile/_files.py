@@ -106,6 +106,14 @@ def unusable(path: Path) -> str | None:
     return next((name for is_kind, name in _KINDS if is_kind(mode)), "no regular file")
 
 
+def is_there(path: Path) -> bool:
+    """Whether a path leads to a file; False as well if that cannot be found out, as in a folder that is locked."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
+
+
 def check_writable(path: Path | None) -> None:
     """Check before long work that a file can be written; None stands for no file.
 

@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from mjtactile._files import path_from, read_text, why_unread
+from mjtactile._files import is_there, path_from, read_text, why_unread
 from mjtactile.errors import PadError, SceneError, shortened
 from mjtactile.pad import Layer, Pad, TaxelGrid, require_pad
 from mjtactile.pad_shape.surfaces import FLAT, surface_from
@@ -38,14 +38,6 @@ def pad_text(pad: Pad) -> str:
 def is_pad_text(text: str) -> bool:
     """Whether a text describes a pad, as `pad_text` does; otherwise it is the name of a pad or a file."""
     return text.lstrip().startswith("{")
-
-
-def names_file(text: str) -> bool:
-    """Whether a text is the name of an existing file."""
-    try:
-        return Path(text).is_file()
-    except OSError:
-        return False
 
 
 def pad_from_text(text: str) -> Pad:
@@ -197,7 +189,7 @@ def named_pad(name: str) -> Pad | None:
             return pad_from_text(name) if is_pad_text(name) else pad_from_file(name)
         except PadError as error:
             raise SceneError(f'{PLUGIN}: attribute "pad": {error}') from error
-    if not names_file(name):
+    if not is_there(Path(name)):
         raise SceneError(_no_pad(name))
     return None
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mjtactile._files import is_there
 from mjtactile._progress import progress_bar, say
 from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError, InfluenceError, InfluenceWarning, StaleInfluenceError
@@ -69,7 +70,7 @@ def cached_path(pad: Pad, fidelity: str | Fidelity = DEFAULT) -> Path:
 def stored_path(pad: Pad, fidelity: str | Fidelity = DEFAULT) -> Path | None:
     """Path of a pad's influence matrices in the cache or in the package; None if they were not built yet."""
     kept = cached_path(pad, fidelity)
-    return next((path for path in (kept, SHIPPED / kept.name) if _is_there(path)), None)
+    return next((path for path in (kept, SHIPPED / kept.name) if is_there(path)), None)
 
 
 def influence_matrices(
@@ -103,7 +104,7 @@ def influence_matrices(
         return build_influence(pad, chosen, progress=progress)
     path = cached_path(pad, chosen)
     shipped = SHIPPED / path.name
-    found = _load_if_whole(path, pad, chosen, _READ_INSTEAD if _is_there(shipped) else _BUILT)
+    found = _load_if_whole(path, pad, chosen, _READ_INSTEAD if is_there(shipped) else _BUILT)
     found = found or _load_if_whole(shipped, pad, chosen)
     if found is not None:
         return found
@@ -260,14 +261,6 @@ def _derived_from_cache(pad: Pad, chosen: Fidelity, *, progress: bool) -> Influe
     steps = narrowing_steps(pad, found.fidelity, chosen)
     with progress_bar("influence matrices", steps, wanted=progress, counted=False, lines=True) as advance:
         return in_storage(found, chosen, lambda: advance(1))
-
-
-def _is_there(path: Path) -> bool:
-    """Whether there is such a file; not so in a folder that this user cannot enter."""
-    try:
-        return path.exists()
-    except OSError:
-        return False
 
 
 def _load_if_whole(path: Path, pad: Pad, chosen: Fidelity, instead: str = _BUILT) -> InfluenceMatrices | None:

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, overload
 
+from mjtactile._files import is_there
 from mjtactile.errors import RecognitionError, shortened
 from mjtactile.pad import Pad
 from mjtactile.pad_names import pad_from_values
@@ -22,7 +23,7 @@ from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.force import ForceRecogniser, ForceResult
 from mjtactile.recognition.grasp import GraspRecogniser, GraspResult
 from mjtactile.recognition.pose import POSE_KINDS, PoseModule
-from mjtactile.recognition.registry import Entry, holds_registry, read_registry, stored_module
+from mjtactile.recognition.registry import REGISTRY, Entry, read_registry, stored_module
 from mjtactile.recognition.shape import ShapeModule, ShapeRecogniser, ShapeResult
 from mjtactile.recognition.weight_files import SHIPPED, Stored, check_pad
 
@@ -156,7 +157,7 @@ def _weights(layers: str | None, folder: str | Path | None, *, grasp: bool = Fal
         raise RecognitionError(f"folder is of type {type(folder).__name__}; expected the name of a folder of weights.")
     names = (_GRASP,) if grasp else LAYERS if layers is None else (layers,)
     where = SHIPPED / names[0] if folder is None else Path(folder)
-    if not holds_registry(where) and holds_registry(where / names[0]):
+    if not is_there(where / REGISTRY) and is_there(where / names[0] / REGISTRY):
         where /= names[0]
     return where, read_registry(where, names)
 

@@ -67,14 +67,6 @@ def register(folder: Path, file: str, *, optional: bool = False) -> Entry:
     return entry
 
 
-def holds_registry(folder: Path) -> bool:
-    """Whether a folder has a registry; False as well if that cannot be found out."""
-    try:
-        return (folder / REGISTRY).is_file()
-    except OSError:
-        return False
-
-
 def read_registry(folder: Path, subfolders: Sequence[str] | None = None) -> dict[str, Entry]:
     """The modules registered in a folder of weights, by name.
 
