@@ -101,17 +101,9 @@ def grasp_mjcf(
     """
     if hand not in _HANDS:
         raise SceneError(f"hand = {hand!r}; expected one of {', '.join(map(repr, _HANDS))}.")
-    root = _HANDS[hand].document("grasp", pads)
-    height = grasped.height / 2 if grasp_height is None else grasp_height
-    return _world(root, hand, height + _HANDS[hand].reach, grasped, pose, wrist)
-
-
-def _world(
-    root: ET.Element, hand: str, flange: float, grasped: GraspObject, pose: tuple[float, float, float], wrist: str
-) -> str:
-    """MJCF of a hand's document, to which table, object, light, camera and drives of the wrist are added."""
     if not set(wrist) <= set(_RANGES) or len(set(wrist)) != len(wrist):
         raise SceneError(f"wrist = {wrist!r}; expected some of the axes x, y and z, each once, such as 'z' or 'xyz'.")
+    root = _HANDS[hand].document("grasp", pads)
     root.insert(1, ET.Element("option", _OPTION))
     root.insert(2, ET.Element("statistic", center="0 0 0.1", extent="0.3"))
     world = _child(root, "worldbody")
@@ -121,7 +113,8 @@ def _world(
     world.insert(2, table)
     world.append(object_element(grasped, pose))
     carrier = next(body for body in world.iter("body") if body.get("name") == hand)
-    carrier.set("pos", numbers((0.0, 0.0, flange)))
+    height = grasped.height / 2 if grasp_height is None else grasp_height
+    carrier.set("pos", numbers((0.0, 0.0, height + _HANDS[hand].reach)))
     for place, axis in enumerate(wrist):
         _add_drive(root, carrier, axis, place)
     return text_of(root)

@@ -162,7 +162,7 @@ def sort_model(task: SortTask, fidelity: str) -> mujoco.MjModel:
     body, block = spec.body("object"), spec.geom("object")
     solid = indenter_solid(task.shape, height=PROUD)
     for side, pad in zip((-1.0, 1.0), GRIPPER_PADS, strict=True):
-        # The boss does not collide. Because of its name, the sensor uses it as the pressing shape (sim/geoms.py).
+        # The boss does not collide. Because of its name, it presses in place of what does (sim/mjcf.py).
         name = f"{pad}_boss{SHOWN}"
         spec.add_mesh(name=name, uservert=_boss(solid.vertices, side).ravel(), userface=np.ravel(solid.faces))
         boss = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=1e-4)

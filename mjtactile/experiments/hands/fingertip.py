@@ -9,8 +9,6 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from mjtactile.fidelity import DEFAULT, Fidelity, fidelity_text
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, pad_text
@@ -79,7 +77,7 @@ def pad_sensor(name: str, pads: FingertipPads) -> ET.Element:
     return sensor
 
 
-def add_pad(body: ET.Element, name: str, pad: Pad, surface: tuple[float, float, float], rotation: np.ndarray) -> None:
+def add_pad(body: ET.Element, name: str, pad: Pad, surface: tuple[float, float, float], inward: float) -> None:
     """Add a pad's geom and the site of its frame to a body.
 
     Args:
@@ -87,13 +85,13 @@ def add_pad(body: ET.Element, name: str, pad: Pad, surface: tuple[float, float, 
         name: name of the pad's sensor.
         pad: the pad.
         surface: origin of the pad frame in the body's frame [m].
-        rotation: rotation of the pad frame in the body's frame, (3, 3), axes as columns.
+        inward: sign of the body's x axis along which the pad's z axis points; its y axis is the body's z axis.
     """
-    axes = numbers(rotation[:, :2].T.ravel())
+    axes = numbers((0.0, inward, 0.0, 0.0, 0.0, 1.0))
     look = contact_attributes("hand")  # its friction applies only to objects of lower priority
     if pad.surface.is_flat:
         size = numbers((pad.size[0] / 2, pad.size[1] / 2, pad.thickness / 2))
-        centre = np.array(surface) - rotation[:, 2] * pad.thickness / 2
+        centre = surface[0] - inward * pad.thickness / 2, *surface[1:]
         shapes = [{"name": f"{name}_pad", "type": "box", "size": size, "pos": numbers(centre)}]
     else:
         shapes = [one | {"pos": numbers(surface)} for one in mesh_geoms(pad, f"{name}_pad", _MESH)]

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
-import numpy as np
-
 from mjtactile.experiments.hands.fingertip import GREY, FingertipPads, HandModel, add_pad, pad_sensor
 from mjtactile.pad import Pad
 from mjtactile.sim.mjcf import numbers
@@ -117,13 +115,10 @@ def _finger(name: str, side: float, pad: Pad) -> ET.Element:
         damping=numbers((_DAMPING,)),
         armature=numbers((_ROTOR,)),
     )
-    inward = np.array([-side, 0.0, 0.0])
-    up = np.array([0.0, 0.0, 1.0])
-    rotation = np.column_stack([np.cross(up, inward), up, inward])
     tip = ET.SubElement(body, "body", name=f"{name}_tip", gravcomp="1")
     for axis, direction in (("turn", "0 0 1"), ("nod", "0 1 0")):
         ET.SubElement(tip, "joint", _TIP_JOINT, name=f"{name}_{axis}", axis=direction)
-    add_pad(tip, name, pad, (back, 0.0, 0.0), rotation)
+    add_pad(tip, name, pad, (back, 0.0, 0.0), -side)
     # The finger's bar is behind the pad, so that objects touch nothing but the pad.
     low, high = -pad.size[1] / 2, _REACH - 0.06
     ET.SubElement(

@@ -11,8 +11,6 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 
-import numpy as np
-
 from mjtactile.experiments.hands.fingertip import CONTACT, GREY, FingertipPads, HandModel, add_pad, pad_sensor
 from mjtactile.pad import Pad
 from mjtactile.sim.mjcf import numbers
@@ -80,9 +78,7 @@ def _finger(name: str, around: float, pad: Pad) -> ET.Element:
     lower = ET.SubElement(upper, "body", name=f"{name}_lower", pos=numbers((0.0, 0.0, -UPPER_LINK)), gravcomp="1")
     _add_joint(lower, name, "middle")
     _add_link(lower, f"{name}_lower_link", LOWER_LINK, _LINK_MASSES[1])
-    inward, up = np.array([-1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
-    rotation = np.column_stack([np.cross(up, inward), up, inward])
-    add_pad(lower, name, pad, (-_WIDTH - pad.thickness, 0.0, -LOWER_LINK), rotation)
+    add_pad(lower, name, pad, (-_WIDTH - pad.thickness, 0.0, -LOWER_LINK), -1.0)
     return upper
 
 
