@@ -55,7 +55,6 @@ def evaluate(
     for name, of in sensors:
         known = as_fidelity(name)
         replace(known, law=known.law if of is None else of)
-    part = "evaluate" if len(sensors) == 1 else "evaluate sensors"
     alone = len(sensors) == 1
 
     def results() -> Any:
@@ -68,6 +67,7 @@ def evaluate(
         ]
         return found[0] if alone else found
 
+    part = "evaluate" if alone else "evaluate sensors"
     show_table(results, tables if alone else side_by_side, part, page, as_json=as_json)
 
 
@@ -150,39 +150,7 @@ def _number(value: float, form: str) -> str:
     return "-" if math.isnan(value) else format(value, form)
 
 
-def shape_table(result: dict[str, Any]) -> str:
-    """Table of the errors for each shape, as Markdown."""
-    both = [result["mujoco"][layers]["by_shape"] for layers in ("all", "top")]
-    cells = [
-        (
-            name,
-            str(one["presses"]),
-            *(
-                " / ".join(text(each[name]) for each in both)
-                for text in (
-                    lambda r: _number(r["direction_median_deg"], ".2f"),
-                    lambda r: _number(r["magnitude_mean_gf"], ".2f"),
-                    lambda r: _number(r["position_mean_mm"], ".3f"),
-                    lambda r: _number(100 * r["rate"], ".2f") if "rate" in r else "-",
-                    lambda r: _number(100 * r["unfamiliar_rate"], ".1f"),
-                )
-            ),
-        )
-        for name, one in both[0].items()
-    ]
-    head = (
-        "contact",
-        "presses",
-        "direction, median deg",
-        "magnitude, gf",
-        "position, mm",
-        "shape right, %",
-        "unfamiliar, %",
-    )
-    return markdown_table(head, cells)
-
-
-#: Columns of tables with a row for each noise or array: title, and function from a row's results to text.
+#: Columns of tables with a row for each contact, noise or array: title, and function from a row's figures to text.
 _COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
     "direction, median deg": lambda r: _number(r["direction_median_deg"], ".3f"),
     "magnitude, gf": lambda r: _number(r["magnitude_mean_gf"], ".2f"),
@@ -191,40 +159,56 @@ _COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
     "unfamiliar, %": lambda r: _number(100 * r["unfamiliar_rate"], ".1f"),
 }
 _FIRM_COLUMN = {"from 50 gf on, %": lambda r: _number(100 * r["shape_rate_firm"], ".2f")}
+_OF_SHAPES = {
+    "direction, median deg": lambda r: _number(r["direction_median_deg"], ".2f"),
+    "shape right, %": lambda r: _number(100 * r["rate"], ".2f") if "rate" in r else "-",
+}
+_OF_STRANGERS: dict[str, Callable[[dict[str, Any]], str]] = {
+    "unfamiliar, %": lambda r: _number(100 * r["unfamiliar"], ".0f"),
+    "force wrong, %": lambda r: _number(100 * r["wrong"], ".0f"),
+    "wrong, confidence over 1/2, %": lambda r: _number(100 * r["confident"], ".0f"),
+    "wrong and called familiar, %": lambda r: _number(100 * r["missed"], ".0f"),
+}
+
+
+def shape_table(result: dict[str, Any]) -> str:
+    """Table of the errors for each shape, for all layers and for the top one, as Markdown."""
+    by_layers = {layers: figures["by_shape"] for layers, figures in result["mujoco"].items()}
+    return _rows_table(("contact", "presses"), _rows(by_layers, "presses"), _COLUMNS | _OF_SHAPES)
 
 
 def noise_table(result: dict[str, Any]) -> str:
     """Table of the errors at each level of noise, for all layers and for the top one, as Markdown."""
-    return _rows_table("noise", [(f"{100 * row['noise']:g} %", row) for row in result["noise"]], _COLUMNS)
+    rows = [((f"{100 * row['noise']:g} %",), row) for row in result["noise"]]
+    return _rows_table(("noise",), rows, _COLUMNS)
 
 
 def transducer_table(result: dict[str, Any]) -> str:
     """Table of the errors with each kind of transducer array, for all layers and for the top one, as Markdown."""
-    rows = [(row["transducer"], row) for row in result["transducers"]]
-    return _rows_table("transducers", rows, _COLUMNS | _FIRM_COLUMN)
+    rows = [((row["transducer"],), row) for row in result["transducers"]]
+    return _rows_table(("transducers",), rows, _COLUMNS | _FIRM_COLUMN)
 
 
 def stranger_table(result: dict[str, Any]) -> str:
     """Table of what recognisers say of contacts that they were not taught, as Markdown."""
-    both = [result["strangers"][layers] for layers in ("all", "top")]
-    rates = ("unfamiliar", "wrong", "confident", "missed")
-    cells = [
-        (
-            kind,
-            str(one["contacts"]),
-            *(" / ".join(_number(100 * each[kind][rate], ".0f") for each in both) for rate in rates),
-        )
-        for kind, one in both[0].items()
-    ]
-    head = ("contact", "contacts", "unfamiliar, %", "force wrong, %")
-    return markdown_table((*head, "wrong, confidence over 1/2, %", "wrong and called familiar, %"), cells)
+    return _rows_table(("contact", "contacts"), _rows(result["strangers"], "contacts"), _OF_STRANGERS)
 
 
-def _rows_table(
-    kind: str, rows: list[tuple[str, dict[str, Any]]], columns: dict[str, Callable[[dict[str, Any]], str]]
-) -> str:
-    cells = [
-        (title, *(" / ".join(text(row[layers]) for layers in ("all", "top")) for text in columns.values()))
-        for title, row in rows
+#: A row's own cells, and its figures by layers.
+_Row = tuple[tuple[str, ...], dict[str, Any]]
+
+
+def _rows(by_layers: dict[str, dict[str, dict[str, Any]]], count: str) -> list[_Row]:
+    """A row for each contact with its number, from figures by layers and contact."""
+    return [
+        ((contact, str(one[count])), {layers: figures[contact] for layers, figures in by_layers.items()})
+        for contact, one in by_layers["all"].items()
     ]
-    return markdown_table((kind, *columns), cells)
+
+
+def _rows_table(titles: tuple[str, ...], rows: list[_Row], columns: dict[str, Callable[[dict[str, Any]], str]]) -> str:
+    cells = [
+        (*own, *(" / ".join(text(figures[layers]) for layers in ("all", "top")) for text in columns.values()))
+        for own, figures in rows
+    ]
+    return markdown_table((*titles, *columns), cells)
