@@ -83,13 +83,11 @@ class Attributes:
         Raises:
             SceneError: there is no such pad, table or fidelity.
         """
-        return _influence(self.pad, self.fidelity)
-
-
-def _influence(pad: str, fidelity: str) -> InfluenceMatrices:
-    known = named_pad(pad)
-    chosen = _chosen_fidelity(fidelity) if fidelity else None
-    return _of_file(pad, chosen, _version(pad)) if known is None else shared_influence(known, chosen or DEFAULT)
+        known = named_pad(self.pad)
+        chosen = _chosen_fidelity(self.fidelity) if self.fidelity else None
+        if known is None:
+            return _of_file(self.pad, chosen, _version(self.pad))
+        return shared_influence(known, chosen or DEFAULT)
 
 
 def shared_influence(pad: Pad, fidelity: str | Fidelity) -> InfluenceMatrices:

@@ -18,7 +18,7 @@ import numpy as np
 
 from mjtactile import recognition
 from mjtactile._installed import require
-from mjtactile._types import Array
+from mjtactile._types import Array, Mask
 from mjtactile.dataset.by_law import physics_readings
 from mjtactile.dataset.files import Dataset, make_dataset, read_dataset
 from mjtactile.dataset.sampling import OutlinePresses, PosePresses
@@ -238,25 +238,25 @@ def random_presses(
     right_of_three = np.zeros(len(names), dtype=bool)
     if three.any():
         right_of_three[three] = shape(readings[three], among=THREE).shape == names[three]
+
+    def errors(of: Mask) -> dict[str, float]:
+        return {
+            "direction_median_deg": _median(angle[tilted & of]),
+            "magnitude_mean_gf": _mean(strength[of]),
+            "position_mean_mm": _mean(where[of]),
+            "unfamiliar_rate": _mean(unfamiliar[of]),
+        }
+
     return {
-        "direction_median_deg": _median(angle[tilted]),
+        **errors(np.ones(len(names), dtype=bool)),
         "direction_mean_deg": _mean(angle[tilted]),
-        "magnitude_mean_gf": _mean(strength),
         "magnitude_of_200gf": _mean(strength) / 200.0,
-        "position_mean_mm": _mean(where),
         "shape_rate": _mean(right[punches]),
         "shape_rate_firm": _mean(right[punches & (magnitude >= FIRM)]),
         "shapes_asked": int(punches.sum()),
-        "unfamiliar_rate": _mean(unfamiliar),
         "three_rate": {name: _mean(right_of_three[names == name]) for name in THREE},
         "by_shape": {
-            str(name): {
-                "presses": int((names == name).sum()),
-                "direction_median_deg": _median(angle[tilted & (names == name)]),
-                "magnitude_mean_gf": _mean(strength[names == name]),
-                "position_mean_mm": _mean(where[names == name]),
-                "unfamiliar_rate": _mean(unfamiliar[names == name]),
-            }
+            str(name): {"presses": int((names == name).sum()), **errors(names == name)}
             | ({"rate": _mean(right[names == name])} if name in INDENTER_NAMES else {})
             for name in sorted(set(names.tolist()))
         },
