@@ -64,17 +64,17 @@ class EliminatedSheet:
             lower, middle, upper = 2 * element, 2 * element + 1, 2 * element + 2
             # With Cholesky factors K_mm = L L^T, a plane adds (L^-1 K_mu)^T (L^-1 K_mu) to the next. Products with
             # inverses would lose twice as many digits: all of them where the Poisson ratio is near 0.5.
-            of_middle = _factor(block(middle, middle).toarray())
-            to_upper = _forward(of_middle, block(middle, upper).toarray())
+            of_middle = cholesky(block(middle, middle).toarray())
+            to_upper = forward(of_middle, block(middle, upper).toarray())
             stiffness = block(upper, upper).toarray() - to_upper.T @ to_upper
             middle_from_lower, lower_from_upper = None, None
             if element > 0:
-                to_lower = _forward(of_middle, block(middle, lower).toarray())
-                of_lower = _factor(below - to_lower.T @ to_lower)
-                through = _forward(of_lower, block(lower, upper).toarray() - to_lower.T @ to_upper)
+                to_lower = forward(of_middle, block(middle, lower).toarray())
+                of_lower = cholesky(below - to_lower.T @ to_lower)
+                through = forward(of_lower, block(lower, upper).toarray() - to_lower.T @ to_upper)
                 stiffness -= through.T @ through
-                middle_from_lower, lower_from_upper = -_backward(of_middle, to_lower), -_backward(of_lower, through)
-            self._layers.append(_ElementLayer(-_backward(of_middle, to_upper), middle_from_lower, lower_from_upper))
+                middle_from_lower, lower_from_upper = -backward(of_middle, to_lower), -backward(of_lower, through)
+            self._layers.append(_ElementLayer(-backward(of_middle, to_upper), middle_from_lower, lower_from_upper))
             below = stiffness
             on_layer()
         return below
@@ -109,31 +109,35 @@ class EliminatedSheet:
         return block(0, 1) @ plane_1 + block(0, 2) @ plane_2
 
 
-def _factor(matrix: Array) -> Array:
-    """Lower Cholesky factor of a symmetric positive definite matrix."""
+def cholesky(matrix: Array) -> Array:
+    """Lower Cholesky factor of a stiffness.
+
+    Raises:
+        MeshError: it is not positive definite in double precision.
+    """
     (factorise,) = get_lapack_funcs(("potrf",), (matrix,))
     factor, failed = factorise(matrix, lower=1, clean=1)
     if failed:
         raise MeshError(
-            "the finite-element equations are not positive definite in double precision. "
-            "A layer is too thin or too soft beside its neighbours, or its Poisson ratio too near 0.5."
+            "the finite-element equations are not positive definite in double precision. A layer is too thin or too "
+            "soft beside its neighbours, too curved, or its Poisson ratio is too near 0.5."
         )
     return factor
 
 
-def _forward(factor: Array, right: Array) -> Array:
+def forward(factor: Array, right: Array) -> Array:
     """L^-1 times a matrix."""
     return solve_triangular(factor, right, lower=True, check_finite=False)
 
 
-def _backward(factor: Array, right: Array) -> Array:
+def backward(factor: Array, right: Array) -> Array:
     """L^-T times a matrix."""
     return solve_triangular(factor, right, lower=True, trans=1, check_finite=False)
 
 
 def _inverse(matrix: Array) -> Array:
     """Inverse of a symmetric positive definite matrix, by Cholesky; exactly symmetric."""
-    factor = _factor(matrix)
+    factor = cholesky(matrix)
     (invert,) = get_lapack_funcs(("potri",), (factor,))
     lower, _ = invert(factor, lower=1, overwrite_c=1)
     inverse = np.tril(lower)

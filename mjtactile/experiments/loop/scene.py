@@ -6,6 +6,7 @@ Lengths are metres, forces newtons, in the pad frame: z out of the pad.
 from __future__ import annotations
 
 import math
+import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 
 import mujoco
@@ -18,10 +19,10 @@ from mjtactile.experiments.loop.known import ARM_STIFFNESS, SPACING, bin_place, 
 from mjtactile.geometry.indenter import indenter_outline, punch
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.pad import Pad
-from mjtactile.sim.mjcf import indenter_mjcf, pad_mjcf
+from mjtactile.sim.mjcf import OPTION, indenter_mjcf, pad_mjcf, text_of
 from mjtactile.sim.press_scene import EDGE_MARGIN
 
-TIMESTEP = 1e-3
+TIMESTEP = float(OPTION["timestep"])
 #: Mass of an arm without its punch [kg], and its damping [N s/m], which is critical.
 ARM_MASS = 0.05
 _PUNCH_MASS = 15e-3
@@ -58,8 +59,10 @@ def loop_scene(seed: int, *, pad: Pad | None = None) -> LoopScene:
     truth = tuple(INDENTER_NAMES[k] for k in drawn.permutation(len(INDENTER_NAMES)))
     poses = np.array([_pose(name, pad, drawn) for name in truth])
     shifts, turns = poses[:, :2], poses[:, 2]
-    spec = mujoco.MjSpec.from_string(pad_mjcf(pad))
-    _set_options(spec)
+    root = ET.fromstring(pad_mjcf(pad))
+    root.insert(1, ET.Element("option", OPTION))
+    root.insert(2, ET.Element("statistic", center="0 0 0", extent="0.08"))
+    spec = mujoco.MjSpec.from_string(text_of(root))
     _add_view(spec)
     for arm, name in enumerate(truth):
         _add_arm(spec, arm, name, shifts[arm], float(turns[arm]))
@@ -83,17 +86,6 @@ def _pose(name: str, pad: Pad, drawn: np.random.Generator) -> tuple[float, float
         f"no pose was found in which punch '{name}' is wholly on a pad of {pad.size[0] * 1e3:.4g} x "
         f"{pad.size[1] * 1e3:.4g} mm. The loop's punches are 10 mm wide: use a larger pad."
     )
-
-
-def _set_options(spec: mujoco.MjSpec) -> None:
-    """Set solver options as in press scenes, see mjcf.py."""
-    spec.option.timestep = TIMESTEP
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = 100.0
-    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    spec.stat.extent = 0.08
-    spec.stat.center = np.zeros(3)
 
 
 def _add_view(spec: mujoco.MjSpec) -> None:

@@ -15,10 +15,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_solve, get_lapack_funcs, solve_triangular
+from scipy.linalg import cho_solve
 
 from mjtactile._types import Array, Indices, Mask
-from mjtactile.errors import MeshError
+from mjtactile.fem.block_elimination import backward, cholesky, forward
 from mjtactile.fem.curved.elements import NODES, SweptElements
 
 #: Number of surface loads solved at once.
@@ -148,18 +148,12 @@ class DissectedPad:
         inner, outer = np.flatnonzero(~shared), np.flatnonzero(shared)
         if not len(inner):
             raise AssertionError("every union of element columns has a line inside")
-        (factorise,) = get_lapack_funcs(("potrf",), (stiffness,))
-        factor, failed = factorise(stiffness[np.ix_(inner, inner)], lower=1, clean=1)
-        if failed:
-            raise MeshError(
-                "the finite-element equations are not positive definite in double precision. A layer is too thin or "
-                "too soft beside its neighbours, its Poisson ratio too near 0.5, or the surface too curved for it."
-            )
+        factor = cholesky(stiffness[np.ix_(inner, inner)])
         # The Schur complement subtracts a matrix times its transpose: inverses would lose twice as many digits.
-        coupling = solve_triangular(factor, stiffness[np.ix_(inner, outer)], lower=True, check_finite=False)
+        coupling = forward(factor, stiffness[np.ix_(inner, outer)])
         left = stiffness[np.ix_(outer, outer)]
         left -= coupling.T @ coupling
-        from_outer = solve_triangular(factor, coupling, lower=True, trans=1, check_finite=False)
+        from_outer = backward(factor, coupling)
         return unknowns[outer], left, _Front(unknowns[inner], unknowns[outer], factor, from_outer, children)
 
     def _shared(self, west: int, east: int, south: int, north: int) -> Indices:
