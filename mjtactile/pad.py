@@ -473,12 +473,9 @@ class Pad:
         if (thickness is None) == (layers is None):
             raise PadError("Pad.from_mesh takes either thickness=... or layers=...; give exactly one of the two.")
         if layers is None:
-            stack: Any = Layer(thickness=_number("thickness", thickness, " in metres"), young=3e6, poisson=0.49)
-        else:
-            stack = layers
-        width = _pair("size", size)
+            layers = Layer(thickness=_number("thickness", thickness, " in metres"), young=3e6, poisson=0.49)
+        width, stack = _pair("size", size), _tuple_of_layers(layers)
         _check_size(width)
-        stack = _tuple_of_layers(stack)
         patch = fitted_patch(mesh, width, frame=frame, scale=scale, smoothing=smoothing)
         try:
             patch.check(width, math.fsum(layer.thickness for layer in stack))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -96,10 +97,8 @@ def pad_from_values(values: dict[str, Any], folder: Path) -> Pad:
     if isinstance(taxels, str):
         free = FreeTaxels.from_file(folder / taxels)
         taxels = {"points": free.points, "radii": free.radii}
-    elif isinstance(taxels, dict) and "points" in taxels:
-        taxels = {"radii": None} | taxels
     elif isinstance(taxels, dict):
-        taxels = json.loads(pad_text(Pad()))["taxels"] | taxels
+        taxels = ({"radii": None} if "points" in taxels else asdict(TaxelGrid())) | taxels
     whole["taxels"] = taxels
     if isinstance(surface, dict) and surface.get("kind") == "mesh":
         given = _checked("a mesh as surface", {"scale": 1.0, "frame": None, "smoothing": None} | surface, _MESH)
@@ -190,16 +189,12 @@ def named_pad(name: str) -> Pad | None:
         except PadError as error:
             raise SceneError(f'{PLUGIN}: attribute "pad": {error}') from error
     if not is_there(Path(name)):
-        raise SceneError(_no_pad(name))
+        raise SceneError(
+            f"{no_such_value('pad', name, tuple(_pads))} A file of saved influence matrices serves as well, but there "
+            "is none of that name. Make a pad known in this process with mjtactile.register_pad(name, pad), or write "
+            "its numbers in place of the name, see mjtactile.pad_text(pad)."
+        )
     return None
-
-
-def _no_pad(name: str) -> str:
-    return (
-        f"{no_such_value('pad', name, tuple(_pads))} A file of saved influence matrices serves as well, but there is "
-        "none of that name. Make a pad known in this process with mjtactile.register_pad(name, pad), or write its "
-        "numbers in place of the name, see mjtactile.pad_text(pad)."
-    )
 
 
 def no_such_value(attribute: str, value: str, known: tuple[str, ...]) -> str:

@@ -94,12 +94,10 @@ def fitted_patch(
         smoothing = max(_OF_FACETS * facets, _LEAST_SMOOTHING * max(size))
     else:
         expected = "a positive length in metres, such as 1e-5, up to the pad's width"
-        number = positive_number("smoothing", smoothing, expected)
-        if number > max(size):
-            raise PadError(f"smoothing = {number:g}; expected {expected}, {max(size):g} m.")
-        smoothing = number
-    patch = _spline(lines, raised, float(smoothing))
-    return _measured(patch, lines, heights, size)
+        smoothing = positive_number("smoothing", smoothing, expected)
+        if smoothing > max(size):
+            raise PadError(f"smoothing = {smoothing:g}; expected {expected}, {max(size):g} m.")
+    return _measured(_spline(lines, raised, smoothing), lines, heights, size)
 
 
 def _triangles_in_frame(mesh: Any, frame: npt.ArrayLike | None, scale: float) -> Array:
