@@ -281,8 +281,7 @@ def fidelity_text(fidelity: str | Fidelity) -> str:
 
 def fidelity_summary(fidelity: Fidelity) -> str:
     """A fidelity in a few words: its preset's name, or the choices that differ from the defaults of `Fidelity`."""
-    name = next((name for name, preset in PRESETS.items() if preset == fidelity), None)
-    if name is not None:
+    if (name := fidelity_text(fidelity)) in PRESETS:
         return name
     plain = Fidelity()
     chosen = {one.name: getattr(fidelity, one.name) for one in fields(Fidelity)}

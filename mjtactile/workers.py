@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from mjtactile._installed import require
+from mjtactile._installed import __version__, require
 from mjtactile.errors import DistributeError
 
 Task = TypeVar("Task")
@@ -203,7 +203,7 @@ def _by_processes(job: _Job[Task, Result], tasks: Sequence[Task], count: int) ->
 def _by_ray(job: _Job[Task, Result], tasks: Sequence[Task], workers: Workers) -> Iterator[tuple[int, Result]]:
     with _cluster(workers) as ray:
         remote = ray.remote(num_cpus=1, max_retries=_ATTEMPTS - 1)(_on_version)
-        version, shared = _version(), ray.put(job)
+        shared = ray.put(job)
         waiting = iter(enumerate(tasks))
         running: dict[Any, int] = {}
         try:
@@ -211,7 +211,7 @@ def _by_ray(job: _Job[Task, Result], tasks: Sequence[Task], workers: Workers) ->
                 wanted = _AHEAD * max(1, int(ray.cluster_resources().get("CPU", 1)))
                 while len(running) < wanted and (following := next(waiting, None)) is not None:
                     place, task = following
-                    running[remote.remote(version, shared, task)] = place
+                    running[remote.remote(__version__, shared, task)] = place
                 if not running:
                     return
                 (done,), _ = ray.wait(list(running), num_returns=1)
@@ -232,18 +232,12 @@ def _result(ray: Any, reference: Any) -> Any:
 
 def _on_version(version: str, job: Callable[[Any], Any], task: Any) -> Any:
     """Run a task in a Ray worker, after checking that it has the caller's version of mjtactile."""
-    if version != _version():
+    if version != __version__:
         raise DistributeError(
-            f"a Ray worker has mjtactile {_version()}, but the calling process has {version}. Install the same version "
-            "on every machine."
+            f"a Ray worker has mjtactile {__version__}, but the calling process has {version}. Install the same "
+            "version on every machine."
         )
     return job(task)
-
-
-def _version() -> str:
-    from mjtactile._installed import __version__
-
-    return __version__
 
 
 @contextmanager
@@ -261,19 +255,15 @@ def _cluster(workers: Workers) -> Iterator[Any]:
     if workers.ray_address is None:
         ray.init("local", num_cpus=workers.count, include_dashboard=False, log_to_driver=False)
     else:
-        _connect(ray, workers.ray_address)
+        try:
+            _reach(workers.ray_address)  # Ray itself goes on trying for minutes
+            ray.init(workers.ray_address, log_to_driver=False)
+        except (OSError, RuntimeError, ValueError, OverflowError) as error:
+            raise _no_cluster(workers.ray_address, error) from error
     try:
         yield ray
     finally:
         ray.shutdown()
-
-
-def _connect(ray: Any, address: str) -> None:
-    try:
-        _reach(address)  # Ray itself goes on trying for minutes
-        ray.init(address, log_to_driver=False)
-    except (OSError, RuntimeError, ValueError, OverflowError) as error:
-        raise _no_cluster(address, error) from error
 
 
 def _reach(address: str) -> None:
