@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import platform
 import subprocess
 import sys
 from collections.abc import Callable
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from mjtactile._installed import EXTRAS, __version__, install_line
 from mjtactile.cli.options import AsJson, FidelityOption, PadOption, json_text
 from mjtactile.errors import MjTactileError
 from mjtactile.fidelity import DEFAULT
@@ -81,7 +83,6 @@ def info(pad: PadOption = None, as_json: AsJson = False) -> None:
     """Show the pad, the indenters, the meshes and the fidelities, and which tables are built."""
     import mujoco
 
-    from mjtactile._installed import __version__
     from mjtactile.cli.press import OTHER_INDENTERS
     from mjtactile.fidelity import MESHES, PRESETS, Fidelity
     from mjtactile.geometry.outlines import INDENTER_NAMES
@@ -162,10 +163,6 @@ def _examined(about: str, look: Callable[[], Finding]) -> Finding:
 
 
 def _look_at_the_package() -> Finding:
-    import platform
-
-    from mjtactile._installed import __version__
-
     place = Path(__file__).parents[1]
     return Finding("mjtactile", f"{__version__} in {place}, Python {platform.python_version()}, {platform.platform()}")
 
@@ -251,8 +248,6 @@ def _look_at_the_recognisers() -> Finding:
 
 
 def _look_at_the_extras() -> Finding:
-    from mjtactile._installed import EXTRAS, install_line
-
     there = [name for name, extra in EXTRAS.items() if not extra.missing]
     lines = [f"{extra.purpose}: {install_line(name)}" for name, extra in EXTRAS.items() if extra.missing]
     return Finding("extras", "; ".join([f"installed: {', '.join(there) or 'none'}", *lines]))

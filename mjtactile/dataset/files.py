@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mjtactile._files import PARTIAL, check_writable, lock_file, make_folder, path_from, unusable
-from mjtactile._installed import require
+from mjtactile._installed import __version__, require
 from mjtactile._progress import progress_bar
 from mjtactile._types import Array
 from mjtactile.dataset.hardware import transducer_for
@@ -237,8 +237,6 @@ def _influence(pad: Pad, fidelity: str) -> InfluenceMatrices:
 def _table(spec: DatasetSpec, part: tuple[int, int], columns: dict[str, np.ndarray]) -> pa.Table:
     require("dataset")
     import pyarrow as pa
-
-    from mjtactile._installed import __version__
 
     readings = columns["readings"]
     lists = pa.FixedSizeListArray.from_arrays(pa.array(readings.ravel()), readings.shape[1])

@@ -25,6 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._files import PARTIAL, lock_file, make_folder, path_from, write_atomically
+from mjtactile._installed import __version__
 from mjtactile.errors import DatasetError, of_type, shortened
 from mjtactile.lerobot.features import Feature
 from mjtactile.lerobot.statistics import Statistics, column_statistics, joined
@@ -280,8 +281,6 @@ class LeRobotWriter:
         return self._partial.rename(aside)
 
     def _info(self) -> dict[str, Any]:
-        from mjtactile._installed import __version__
-
         return {
             "codebase_version": VERSION,
             "robot_type": self._robot,

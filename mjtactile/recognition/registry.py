@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from mjtactile._files import why_unread
+from mjtactile._files import why_unread, write_atomically
 from mjtactile.errors import RecognitionError
 from mjtactile.recognition.weight_files import Stored, file_hash, read_weights
 
@@ -52,8 +52,6 @@ def register(folder: Path, file: str, *, optional: bool = False) -> Entry:
     Raises:
         RecognitionError: the file is not a module.
     """
-    from mjtactile._files import write_atomically
-
     stored = read_weights(folder / file)
     kind = stored.metadata["kind"]
     name = f"shape {stored.metadata['shape']}" if kind == "shape" else kind

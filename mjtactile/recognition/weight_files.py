@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mjtactile._files import METADATA, check_arrays, check_header, with_checksums
+from mjtactile._files import METADATA, check_arrays, check_header, with_checksums, write_atomically
 from mjtactile.errors import RecognitionError, of_type
 from mjtactile.pad import Pad
 from mjtactile.recognition.symmetry import NEEDED, is_symmetric
@@ -52,8 +52,6 @@ def write_weights(path: Path, arrays: dict[str, np.ndarray], metadata: dict[str,
         OSError: the file cannot be written.
     """
     from safetensors.numpy import save
-
-    from mjtactile._files import write_atomically
 
     path.parent.mkdir(parents=True, exist_ok=True)
     about = {

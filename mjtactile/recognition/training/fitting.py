@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import platform
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from mjtactile._installed import __version__
 from mjtactile._progress import progress_bar
 from mjtactile.errors import RecognitionError
 from mjtactile.recognition.network import Network
@@ -133,11 +135,7 @@ def provenance(config: Any, dataset: dict[str, Any], seconds: float) -> dict[str
         dataset: metadata of the dataset.
         seconds: duration of the training [s].
     """
-    import platform
-
     import mujoco
-
-    from mjtactile._installed import __version__
 
     return {
         "config": {name: value for name, value in asdict(config).items() if not isinstance(value, Path)},
