@@ -56,7 +56,7 @@ def layer_sampling(pad: Pad, sensing_layer: int, points_per_axis: int) -> Sampli
     positions, weights, taxels = [], [], []
     rule = _taxel_rule if pad.surface.is_flat else _curved_taxel_rule
     feet, centres = pad.taxel_feet(sensing_layer), pad.taxel_points(sensing_layer)
-    for taxel, (foot, centre, radius) in enumerate(zip(feet, centres, _radii(pad, len(feet)), strict=True)):
+    for taxel, (foot, centre, radius) in enumerate(zip(feet, centres, ball_radii(pad, len(feet)), strict=True)):
         offsets, volumes = rule(pad, foot, float(radius), points_per_axis)
         positions.append(offsets + centre)
         weights.append(volumes / volumes.sum())
@@ -118,8 +118,8 @@ def stored_average(tables: Tables, sensing_layer: int, mirrors: MirrorPlanes = B
     return average
 
 
-def _radii(pad: Pad, taxels: int) -> Array:
-    """Radius of each taxel's ball [m]."""
+def ball_radii(pad: Pad, taxels: int) -> Array:
+    """Radii of the balls of the taxels of a sensing layer [m], (taxels,)."""
     if isinstance(pad.taxels, FreeTaxels):
         return np.array(pad.sensed_radii)
     return np.full(taxels, pad.sampling_radius)

@@ -3,11 +3,12 @@
 A reading is then the von Mises stress of the mean stress over the ball, or the mean of those of its four quarters. By
 the triangle inequality it is at most the mean of the von Mises stress over all sample points; it is less only where the
 stress tensor's direction varies within the averaged part. Near a contact the direction varies more along the surface
-than with depth, so two planes through the normal cut the ball into quarters. Where the material changes within a ball,
-stress along the interface jumps, often from pull to push, and across a stiff sheet that bends it changes its sign. So
-balls are also cut there, and each material's part once more at half its height: without that, readings at a stiff sheet
-in soft rubber are 20 to 30 % too low, and with it 3 % in the median. Tables have the usual
-format, with one sample point per part.
+than with depth, so two planes through the normal cut the ball into quarters. Tables have the usual format, with one
+sample point per part.
+
+Where the material changes within a ball, stress along the interface jumps, often from pull to push, and across a stiff
+sheet that bends it changes its sign. So balls are also cut there, and each material's part once more at half its
+height. Without that, readings at a stiff sheet in soft rubber are 20 to 30 % too low, and with it 3 % in the median.
 """
 
 from __future__ import annotations
@@ -22,9 +23,8 @@ import scipy.sparse as sparse
 
 from mjtactile._types import Array, Indices, Mask, Tables
 from mjtactile.fem.symmetry import MirrorPlanes
-from mjtactile.fem.taxel_quadrature import folded_sampling, sampling_tables, stored_average
+from mjtactile.fem.taxel_quadrature import ball_radii, folded_sampling, sampling_tables, stored_average
 from mjtactile.pad import LENGTH_TOLERANCE, Pad
-from mjtactile.pad_shape.taxels import FreeTaxels
 
 #: Sample points closer than this, over the ball's radius, to a plane between quarters count half in each quarter [-].
 _ON_PLANE = 100 * LENGTH_TOLERANCE
@@ -144,8 +144,7 @@ def material_cuts(pad: Pad, sensing_layer: int) -> list[list[float]]:
         if (above.young, above.poisson) != (below.young, below.poisson)
     ]
     depths = pad.taxel_feet(sensing_layer)[:, 2].tolist()
-    free = isinstance(pad.taxels, FreeTaxels)
-    radii = pad.sensed_radii if free else itertools.repeat(pad.sampling_radius, len(depths))
+    radii = ball_radii(pad, len(depths)).tolist()
     tolerance = LENGTH_TOLERANCE * pad.thickness
     cuts: list[list[float]] = []
     for depth, radius in zip(depths, radii, strict=True):

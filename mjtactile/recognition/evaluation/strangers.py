@@ -77,9 +77,9 @@ def noticed(
 ) -> dict[str, dict[str, float]]:
     """For each kind of contact: the number of contacts, and rates [-].
 
-    Rates are "unfamiliar", "wrong" of all contacts (the force is off by more than a tenth), and "missed" and
-    "confident" of all contacts: the force is wrong, but the readings are called familiar, or the confidence is over a
-    half.
+    Rates are shares of all contacts of a kind. "unfamiliar": the readings are called so. "wrong": the force is off by
+    more than a tenth. "missed": it is wrong, and the readings are called familiar. "confident": it is wrong, and the
+    confidence is over a half.
 
     Args:
         strangers: the contacts.
@@ -106,7 +106,7 @@ def noticed(
 
 
 def _bodies(kind: str, pad: Pad, rng: np.random.Generator) -> list[_Body]:
-    """The bodies of a contact, of sizes like those of the punches; an area of 11 x 11 mm in the pad's middle."""
+    """The bodies of a contact, of sizes like those of the punches, with their middles over the pad."""
     half = pad.size[0] / 2.0
     yaw, force = float(rng.uniform(0.0, 2.0 * np.pi)), float(rng.uniform(*_FORCES))
     x, y = (float(value) for value in rng.uniform(-0.2, 0.2, 2) * pad.size[0])
@@ -157,12 +157,8 @@ def _settled(bodies: list[_Body], pad: Pad, fidelity: Fidelity) -> tuple[Array, 
     spec.worldbody.add_body(name="finger")
     attach_pad(spec, body="finger", name="pad", pos=(0.0, 0.0, 0.0), pad=pad, fidelity=fidelity)
     for one in bodies:
-        spin, fall = np.zeros(4), np.array([1.0, 0.0, 0.0, 0.0])
-        mujoco.mju_axisAngle2Quat(spin, np.array([0.0, 0.0, 1.0]), one.yaw)
-        if one.lies:
-            mujoco.mju_axisAngle2Quat(fall, np.array([0.0, 1.0, 0.0]), np.pi / 2.0)
         turned = np.zeros(4)
-        mujoco.mju_mulQuat(turned, spin, fall)
+        mujoco.mju_euler2Quat(turned, np.array([one.yaw, np.pi / 2.0 if one.lies else 0.0, 0.0]), "zyx")
         body = spec.worldbody.add_body(pos=(*one.place, one.height), quat=turned)
         body.add_freejoint()
         body.add_geom(type=one.kind, size=(*one.size, 0.0, 0.0)[:3], mass=0.02)
