@@ -78,10 +78,10 @@ def test_while_nobody_looks_a_step_costs_no_more_than_two_percent(viewer: Viewer
 
 def test_the_page_is_renewed_at_its_rate(viewer: Viewer, monkeypatch: pytest.MonkeyPatch):
     viewer._watchers, times = 1, shown(viewer, monkeypatch)
-    start = time.perf_counter()
-    while time.perf_counter() - start < 0.5:
+    start, passed = time.perf_counter(), 0.0
+    while passed < 0.5 or (len(times) < 2 and passed < 10.0):  # longer only where the machine is busy
         steps(viewer, 1)
-    passed = time.perf_counter() - start
+        passed = time.perf_counter() - start
     assert 2 <= len(times) <= passed * 50 + 1
     assert times == sorted(times)
 
