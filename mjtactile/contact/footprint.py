@@ -33,6 +33,8 @@ _FIRST_LINES, _CLOSER_LINES = 61, 17
 _REFINEMENTS = 8
 #: Under law "uniform" a curved body presses with its part up to this height above the lowest point [m].
 FACING_GAP = 50e-6
+#: An outline that ends this close to the sheet's rim ends there [m].
+_AT_RIM = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +51,8 @@ class Footprint:
             gap function and is only approximate.
         upright: on a curved pad, height z of the body's lower side in the pad frame [m], at its current position.
         above: height of that position above the one of first contact, along z [m].
+        margin: how far beyond the sheet the body's heights count [m]; where the surface leans, the body may touch it
+            with a part that is beside the sheet as seen from above.
     """
 
     outline: Polygon | MultiPolygon
@@ -59,6 +63,7 @@ class Footprint:
     bounded: bool = False
     upright: GapFunction | None = None
     above: float = 0.0
+    margin: float = 0.0
 
     @classmethod
     def from_outline(cls, outline: BaseGeometry, surface: SurfaceGrid) -> Footprint:
@@ -142,7 +147,8 @@ class Footprint:
             height: function of x and y [m] in the pad frame, arrays of shape (n,). It returns the height z of the
                 body's lower side in the pad frame [m], shape (n,); infinite where there is no body. The body should
                 touch the pad or be close to contact. The solver moves it along the pad's normal at the point where the
-                force acts until it carries the force.
+                force acts until it carries the force. Points beside a curved pad are asked for too, because a body
+                may touch a rim that leans with a part beside it. NaN there counts as no body.
             surface: the pad's surface grid, `influence.surface`.
             outline: polygon to which contact is limited, seen from above [m]; by default it is traced.
 
@@ -153,7 +159,20 @@ class Footprint:
         if outer.is_flat:
             return cls.from_gap(checked, surface, outline=outline)
         made = cls.from_gap(_Shifted(checked, 0.0, -1.0, outer), surface, outline=outline)
-        return replace(made, upright=checked, above=made.lowest)
+        if outline is not None:
+            return replace(made, upright=checked, above=made.lowest)
+        upright = _Checked(_NoneBeside(height, surface.bounds))
+        return replace(made, upright=upright, above=made.lowest, margin=made.reach)
+
+    @property
+    def bounds(self) -> Bounds:
+        """Rectangle (west, south, east, north) in which the body may touch [m]."""
+        ends = zip(self.outline.bounds, self.surface.bounds, (-1.0, -1.0, 1.0, 1.0), strict=True)
+        west, south, east, north = (
+            sheet + outward * self.margin if math.isclose(end, sheet, abs_tol=_AT_RIM) else end
+            for end, sheet, outward in ends
+        )
+        return west, south, east, north
 
     def heights(self, points: Array) -> Array:
         """Heights of the body at points of the pad frame.
@@ -163,14 +182,15 @@ class Footprint:
 
         Returns:
             Heights [m], shape (n,). On a flat pad, height above the surface at first contact, infinite beyond the
-            reach. On a curved pad, height z at the current position. Infinite beyond the pad or a given outline, unless
-            the footprint is that of a flat face.
+            reach. On a curved pad, height z at the current position. Infinite beyond the pad by more than the
+            margin, or beyond a given outline, unless the footprint is that of a flat face.
         """
         if self.gap is None:
             return np.zeros(len(points))
         x, y = points[:, 0], points[:, 1]
         west, south, east, north = self.surface.bounds
-        within = (x >= west) & (x <= east) & (y >= south) & (y <= north)
+        within = (x >= west - self.margin) & (x <= east + self.margin)
+        within &= (y >= south - self.margin) & (y <= north + self.margin)
         if self.upright is not None:
             heights = np.asarray(self.upright(x, y))
         else:
@@ -184,7 +204,8 @@ class Footprint:
         """`heights` at one point (x, y) [m], for a curved body."""
         assert self.gap is not None
         west, south, east, north = self.surface.bounds
-        if not (west <= x <= east and south <= y <= north):
+        beside = max(west - x, x - east, south - y, y - north)
+        if beside > self.margin:
             return math.inf
         if self.upright is not None:
             height = float(np.asarray(self.upright(np.array([x]), np.array([y])))[0])
@@ -263,6 +284,24 @@ class _Shifted:
 
     def __call__(self, x: Array, y: Array) -> Array:
         return self.heights(x, y) - self.less + self.share * self.outer.height(x, y)
+
+
+@dataclass(frozen=True)
+class _NoneBeside:
+    """Heights of a body that is nowhere beside the sheet where its function, written for the sheet, gives NaN."""
+
+    heights: GapFunction
+    sheet: Bounds
+
+    def __call__(self, x: Array, y: Array) -> npt.ArrayLike:
+        with np.errstate(invalid="ignore"):
+            found = self.heights(x, y)
+        west, south, east, north = self.sheet
+        beside = (x < west) | (x > east) | (y < south) | (y > north)
+        values = real_numbers(found)
+        if values is None or np.shape(values) != x.shape:
+            return found
+        return np.where(beside & np.isnan(values), np.inf, values)
 
 
 def _checked(name: str, gap: GapFunction) -> Callable[[Array, Array], Array]:

@@ -88,7 +88,7 @@ class _CurvedFootprint(_CoreFootprint):
 
     def __init__(self, footprint: Footprint) -> None:
         self._footprint, self._call = footprint, _HeightsFunction(self._heights)
-        bounds = np.array(footprint.outline.bounds)
+        bounds = np.array(footprint.bounds)
         super().__init__(library().mjt_footprint_heights(self._call, pointer(bounds)))
 
     def _heights(self, count: int, points: Any, to: Any) -> None:

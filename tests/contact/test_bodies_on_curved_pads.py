@@ -18,7 +18,7 @@ from mjtactile.contact.cells.half_space import bent_responses, flat_responses
 from mjtactile.contact.contact_load import contact_load, contact_loads, warn_beyond_linear_range
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.linear_range import LINEAR_RANGE
-from mjtactile.errors import ContactWarning
+from mjtactile.errors import ContactWarning, FootprintError
 from mjtactile.fidelity import MESHES
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
@@ -284,6 +284,21 @@ def test_the_steep_sides_of_a_block_change_nothing(press):
         for one in (block, face)
     )
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-3 * expected.max())
+
+
+def test_a_function_written_for_the_sheet_has_no_body_beside_it(dome):
+    """Its square root is of a negative number there."""
+    east = dome.surface.bounds[2]
+
+    def rises(x, _):
+        return np.sqrt(east - x)
+
+    footprint = Footprint.from_height(rises, dome.surface)
+    assert footprint.bounds[2] > east
+    found = footprint.heights(np.array([[east - 1e-4, 0.0], [east + 1e-4, 0.0]]))
+    assert found == pytest.approx([1e-2, np.inf])
+    with pytest.raises(FootprintError, match="the gap function is nan"):
+        Footprint.from_height(lambda x, y: np.where(x > 0.0, np.nan, rises(x, y)), dome.surface)
 
 
 def test_from_height_on_a_flat_pad_is_from_gap(layered):

@@ -47,7 +47,7 @@ void SurfaceMap::heights(const std::vector<Point>& points, std::vector<double>& 
 void TurnedMap::place(const HeightMap& upright, const TangentPlane& plane) {
   upright_ = &upright;
   plane_ = &plane;
-  bounds_ = plane.piece(upright.bounds()).bounds;
+  bounds_ = plane.piece(common(upright.bounds(), plane.surface().sheet())).bounds;
 }
 
 double TurnedMap::height(double u, double v) const {
