@@ -80,11 +80,13 @@ def test_the_force_is_recognised_on_a_pad_of_ones_own_by_weights_for_it(tmp_path
         about = {key: stored.metadata[key] for key in ("kind", "layers")}
         write_weights(tmp_path / stored.path.name, stored.arrays, about, stiff)
         register(tmp_path, stored.path.name)
-    found = pressed(observation="recognised", noise=0.0, pad=stiff, weights=tmp_path)
+    found = pressed(observation="recognised", noise=0.0, pad=stiff, weights=tmp_path, fidelity="fast")
     assert found[2] == pytest.approx(-FORCE, rel=0.1)
     with pytest.raises(RecognitionError, match=r"E 6 MPa.*but the pad is a .*E 3 MPa"):
-        pressed(observation="recognised", weights=str(tmp_path))
-    told = TactileEnv(PressIdentify, observation="recognised", pad=stiff, weights=tmp_path).reset(seed=0)[1]
+        pressed(observation="recognised", weights=str(tmp_path), fidelity="fast")
+    told = TactileEnv(PressIdentify, observation="recognised", pad=stiff, weights=tmp_path, fidelity="fast").reset(
+        seed=0
+    )[1]
     assert "unfamiliar" not in told  # these weights do not say
 
 

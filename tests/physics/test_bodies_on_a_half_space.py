@@ -146,7 +146,7 @@ def test_sticking_disc_resists_turning_and_sliding():
 
 @pytest.mark.parametrize(
     ("share", "angle", "cells"),
-    [(0.3, 0.0, 400), (0.5, 1.1, 400), (0.7, 0.0, 400), pytest.param(0.9, 0.0, 900, marks=pytest.mark.slow)],
+    [(0.3, 0.0, 400), (0.5, 1.1, 400), (0.7, 0.0, 400)],
 )
 def test_sphere_under_shear_slips_in_a_ring(share, angle, cells):
     """Cattaneo, Mindlin (section 7.2): it sticks within c = a (1 - Q / mu P)^(1/3).

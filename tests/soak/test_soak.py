@@ -29,7 +29,7 @@ def soaked(*options: str) -> subprocess.CompletedProcess[str]:
 
 @FORKS
 def test_random_scenes_end_well(tmp_path):
-    run = soaked("--scenes", "40", "--steps", "100", "--limit", "10", "--out", str(tmp_path))
+    run = soaked("--scenes", "25", "--steps", "100", "--limit", "10", "--out", str(tmp_path))
     assert run.returncode == 0, run.stdout[-6000:] + run.stderr[-2000:]
 
 
@@ -60,7 +60,7 @@ def test_cells_do_not_multiply_around_a_speck_of_a_body(tmp_path):
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="g++ on Linux only")
 @pytest.mark.skipif(os.uname().machine != "x86_64", reason="compiled for x86 only")
 def test_random_scenes_misuse_nothing(tmp_path):
-    run = soaked("--scenes", "12", "--steps", "30", "--limit", "200", "--out", str(tmp_path), "--sanitize")
+    run = soaked("--scenes", "6", "--steps", "30", "--limit", "200", "--out", str(tmp_path), "--sanitize")
     assert run.returncode == 0, run.stdout[-6000:] + run.stderr[-2000:]
 
 
