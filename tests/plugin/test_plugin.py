@@ -382,11 +382,14 @@ def worker_seconds(model):
 @needs_pool
 @pytest.mark.skipif(not Path("/proc/self/schedstat").exists(), reason="needs Linux's times of threads")
 def test_a_pool_of_threads_presses_pads():
-    model = mujoco.MjModel.from_xml_string(scene(pads=4, body=BALL))
-    with_pads = worker_seconds(model)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
-    without = worker_seconds(model)
-    assert with_pads > 6 * without  # 20; without tasks of pads it would be 2
+    """The most of some tries: on a busy machine its threads take turns."""
+    model, ratios = mujoco.MjModel.from_xml_string(scene(pads=4, body=BALL)), []
+    for _ in range(4):
+        model.opt.disableflags &= ~mujoco.mjtDisableBit.mjDSBL_SENSOR
+        with_pads = worker_seconds(model)
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
+        ratios.append(with_pads / worker_seconds(model))
+    assert max(ratios) > 6  # 20; without tasks of pads it would be 2
 
 
 def initial_states(model, count):
