@@ -68,15 +68,14 @@ def test_a_sensor_takes_the_same_cells(corners):
     assert off(shear, many) > 0.05  # shear with a compliance of its own is solved on the wanted number alone
 
 
-@pytest.mark.parametrize("soft", [1e5, 3e5])
-def test_a_thin_soft_layer_has_narrow_cells(soft):
+def test_a_thin_soft_layer_has_narrow_cells():
     """What gives way under the face is the soft layer, not the pad."""
-    layers = (Layer(thickness=1e-3, young=soft, poisson=0.49), Layer(thickness=4e-3, young=3e6, poisson=0.49))
+    layers = (Layer(thickness=1e-3, young=1e5, poisson=0.49), Layer(thickness=4e-3, young=3e6, poisson=0.49))
     skin = Pad(layers=layers, depths=(0.5e-3, 1e-3, 3e-3))
     influence = mjtactile.influence_matrices(skin, fidelity="fast", progress=False)
     square = Footprint.from_outline(shapely.box(-0.006, -0.006, 0.006, 0.006), influence.surface)
-    few, many = (influence.readings(contact_load(influence, square, (0, 0, -0.5), cells=n)) for n in (20, 1600))
-    # 0.2 and 0.3 %; with 20 cells it would be 10 to 30 %.
+    few, many = (influence.readings(contact_load(influence, square, (0, 0, -0.5), cells=n)) for n in (20, 900))
+    # 0.3 %; with 20 cells it would be 30 %.
     assert off(few, many) < 0.01
 
 
