@@ -22,7 +22,7 @@ LINT_IMPORTS = PYTHONPATH=$(CURDIR):$(shell echo $(CURDIR)/$(VENV)/lib/python3*/
 .PHONY: demo test check install install-dev docs examples lerobot wheel wheel-test models shipped-table soak tables weights policies clean
 
 demo: $(VENV)/installed
-	$(BIN)/mjtactile press star --force 100gf --tilt 15 --shift 1.25,0 --rotate 20 --out demo.npz --figure demo.png
+	$(BIN)/mjtactile press star --force 100gf --tilt 15 --shift 1.25,0 --rotate 20 --recognise --out demo.npz --figure demo.png
 
 # Everything CI runs: style, types, all tests, and the MuJoCo side again on other versions of MuJoCo.
 test: $(VENV)/installed-dev build/lerobot/installed build/soak/installed build/chromium/installed .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)

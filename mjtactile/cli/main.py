@@ -101,6 +101,9 @@ def press(
         float | None, typer.Option(help="Coefficient that bounds the shear [-].  [default: none; coulomb: MuJoCo's]")
     ] = None,
     pad: PadOption = None,
+    recognise: Annotated[
+        bool, typer.Option("--recognise", help="Find force and shape from the readings alone, by the trained networks.")
+    ] = False,
     out: Annotated[Path | None, typer.Option(help="Write readings and wrench to this .npz file.")] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw readings, section and scene to this file.")] = None,
     as_json: AsJson = False,
@@ -130,6 +133,7 @@ def press(
             rotate_deg=rotate,
             scale=scale,
             tilt_free=free,
+            recognise=recognise,
         )
     )
     if out is not None:
@@ -232,6 +236,18 @@ def _draw_press(report: Any, path: Path) -> None:
     save_figure(path, drawn, dpi=130)
 
 
+def _recognised_line(recognised: Any) -> str:
+    from mjtactile.units import GRAM_FORCE
+
+    force, shape = recognised.force, recognised.shape
+    x, y = shape.position * 1e3
+    size = "" if math.isnan(shape.size) else f" of size {shape.size:.3g}"
+    rotation = "" if math.isnan(shape.rotation) else f", rotated by {math.degrees(shape.rotation):.3g} deg"
+    doubt = "" if recognised.familiar else "; these readings look like nothing that was taught, so do not rely on it"
+    found = f"{force.magnitude / GRAM_FORCE:.4g} gf, tilted by {math.degrees(force.tilt):.3g} deg"
+    return f"recognised: {found}; {shape.shape}{size} at {x:.3g}, {y:.3g} mm{rotation}{doubt}"
+
+
 def _print_press(report: Any) -> None:
     from mjtactile.units import GRAM_FORCE
 
@@ -256,6 +272,8 @@ def _print_press(report: Any) -> None:
         x, y = peak.place
         table.add_row(peak.layer.removesuffix(" mm"), f"{peak.reading * 1e-3:.4g}", f"{x * 1e3:.4g}, {y * 1e3:.4g}")
     console.print(table)
+    if report.recognised is not None:
+        console.print(_recognised_line(report.recognised), highlight=False, markup=False)
     console.print(
         f"time per update ({report.readings.size} readings): {report.update_time * 1e3:.2f} ms", highlight=False
     )

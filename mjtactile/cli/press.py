@@ -25,6 +25,8 @@ from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad
 from mjtactile.pad_shape.taxels import FreeTaxels
+from mjtactile.recognition import ForceResult, ShapeResult
+from mjtactile.recognition import load as load_recogniser
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.press_scene import PressResult, press, press_scene
 from mjtactile.units import GRAM_FORCE
@@ -49,6 +51,35 @@ class Peak:
 
 
 @dataclass(frozen=True, eq=False)
+class RecognisedPress:
+    """What recognisers make of the readings, which are all that they know of a press."""
+
+    force: ForceResult
+    shape: ShapeResult
+
+    @property
+    def familiar(self) -> bool:
+        """Whether the readings look like those that the recognisers were taught; if not, both are likely wrong."""
+        known = self.force.familiarity, self.shape.familiarity
+        return all(one is None or bool(one.familiar) for one in known)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The findings as plain numbers, in SI units; None where a shape has no size or no rotation."""
+        size, rotation = (None if np.isnan(one) else float(one) for one in (self.shape.size, self.shape.rotation))
+        return {
+            "familiar": self.familiar,
+            "force_N": self.force.force.tolist(),
+            "force_position_m": self.force.position.tolist(),
+            "force_confidence": float(self.force.confidence),
+            "shape": str(self.shape.shape),
+            "shape_confidence": float(self.shape.confidence),
+            "shape_position_m": self.shape.position.tolist(),
+            "shape_size": size,
+            "shape_rotation_rad": rotation,
+        }
+
+
+@dataclass(frozen=True, eq=False)
 class PressReport:
     """A settled press and the pad's readings."""
 
@@ -62,6 +93,7 @@ class PressReport:
     influence: InfluenceMatrices  #: influence matrices of the pad
     law: str  #: contact law
     update_time: float  #: median time of an update [s]
+    recognised: RecognisedPress | None = None  #: what recognisers found, if they were asked
 
     @property
     def contact(self) -> Polygon | MultiPolygon:
@@ -87,6 +119,7 @@ class PressReport:
     def as_dict(self) -> dict[str, Any]:
         """The report as plain numbers, in SI units unless the name says otherwise."""
         peaks = self.peaks
+        recognised = {} if self.recognised is None else {"recognised": self.recognised.as_dict()}
         return {
             "shape": self.shape,
             "fidelity": fidelity_text(self.influence.fidelity),
@@ -104,6 +137,7 @@ class PressReport:
             "depths_m": [float(peak.depth) for peak in peaks],
             "peak_reading_Pa": [peak.reading for peak in peaks],
             "update_s": self.update_time,
+            **recognised,
         }
 
     def save(self, path: Path) -> None:
@@ -140,6 +174,7 @@ class PressProblem:
     rotate_deg: float = 0.0  #: counter-clockwise rotation about its origin, before the shift [deg]
     scale: float | None = None  #: metres per unit of a mesh file; None: 1
     tilt_free: bool = False  #: whether the indenter may tilt
+    recognise: bool = False  #: whether recognisers find force and shape from the readings
 
 
 def run_press(problem: PressProblem) -> PressReport:
@@ -151,11 +186,13 @@ def run_press(problem: PressProblem) -> PressReport:
         ContactError: there is no such law, or it does not allow the requested shear.
         SceneError: the indenter is off the pad, the force is more than the scene can apply, or the press does not
             settle.
+        RecognitionError: there are no weights for the pad, and recognisers are asked.
     """
     # The scene is made first, so that its errors appear before a table is built, which may take minutes.
     chosen = as_fidelity(problem.fidelity)
     contact = {"law": problem.law, "tangential": problem.tangential}
     contact_options(chosen, **contact, friction=problem.friction)
+    recognise = _recogniser(problem.pad) if problem.recognise else None
     model = _scene(problem)
     _check_force(problem.force, model)
     data = mujoco.MjData(model)
@@ -166,17 +203,19 @@ def run_press(problem: PressProblem) -> PressReport:
     load = sensor.load(data)
     if load is None:
         raise SceneError(f"'{problem.shape}' does not touch the pad after settling. Shift it onto the pad.")
+    readings = influence.readings(load)
     return PressReport(
         shape=problem.shape,
         model=model,
         data=data,
         commanded=problem.force,
         settled=settled,
-        readings=influence.readings(load),
+        readings=readings,
         load=load,
         influence=influence,
         law=sensor.law,
         update_time=update_time,
+        recognised=None if recognise is None else recognise(readings),
     )
 
 
@@ -201,6 +240,11 @@ def named_indenter(shape: str, scale: float | None = None) -> Indenter:
     if scale is not None:
         raise IndenterError(f"--scale is for mesh files; '{shape}' has a size of its own. Leave the option out.")
     return OTHER_INDENTERS[shape]() if shape in OTHER_INDENTERS else punch(shape)
+
+
+def _recogniser(pad: Pad) -> Callable[[Array], RecognisedPress]:
+    force, shape = load_recogniser("force", pad=pad), load_recogniser("shape", pad=pad)
+    return lambda readings: RecognisedPress(force(readings), shape(readings))
 
 
 def _check_force(force: Array, model: mujoco.MjModel) -> None:

@@ -42,6 +42,7 @@ def pressed(tmp_path_factory, draft):
         *place,
         "--fidelity",
         "fast",
+        "--recognise",
         "--json",
         "--out",
         str(folder / "p.npz"),
@@ -54,7 +55,6 @@ def pressed(tmp_path_factory, draft):
 
 def test_press_reaches_the_commanded_force(pressed):
     report, _ = pressed
-    # The bound for the settled scene: 0.1 % within 50 ms.
     assert report["force_reached_gf"] == pytest.approx(100.0, rel=1e-3)
     assert report["settle_time_s"] <= 0.05
     tilted = np.array([0.0, np.sin(np.radians(15)), -np.cos(np.radians(15))]) * 100 * GRAM_FORCE
@@ -83,6 +83,33 @@ def test_press_prints_what_people_want_to_know(draft):
     assert done.stderr == ""
     for text in ("circle", "gf reached", "peak, kPa", "time per update", "fidelity fast, law elastic"):
         assert text in done.stdout
+
+
+def test_force_and_shape_are_recognised_from_the_readings(pressed):
+    report, _ = pressed
+    found = report["recognised"]
+    assert found["familiar"]
+    assert found["shape"] == "star"
+    np.testing.assert_allclose(found["force_N"], report["force_reached_N"], atol=0.01)
+
+
+@pytest.mark.parametrize(("shape", "doubts"), [("sphere", False), ("cylinder", True)])
+def test_a_press_says_what_is_recognised_and_whether_to_rely_on_it(monkeypatch, capsys, draft, shape, doubts):
+    monkeypatch.setattr("sys.argv", ["mjtactile", "press", shape, "--fidelity", "fast", "--recognise"])
+    main()
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("recognised: "))
+    assert "nan" not in line
+    assert ("; sphere at " in line) == (not doubts)
+    assert line.endswith("do not rely on it") == doubts
+
+
+def test_a_pad_that_recognisers_do_not_know_is_refused_before_its_table_is_built(monkeypatch, capsys, tmp_path):
+    (tmp_path / "soft.toml").write_text("layers = [{thickness = 5e-3, young = 1e5, poisson = 0.4}]")
+    monkeypatch.setattr("sys.argv", ["mjtactile", "press", "star", "--recognise", "--pad", str(tmp_path / "soft.toml")])
+    monkeypatch.setattr("mjtactile.cli.press.influence_matrices", lambda *_: pytest.fail("a table is built"))
+    with pytest.raises(SystemExit):
+        main()
+    assert "trained for" in capsys.readouterr().err
 
 
 def test_the_contact_area_printed_is_the_one_in_the_json(monkeypatch, capsys, draft):

@@ -58,7 +58,7 @@ def test_arrays_differ_by_seed_and_calibration_takes_their_spread_out():
 
 @pytest.mark.slow
 def test_bounds_hold_on_fresh_presses():
-    """Bounds of the issue, on presses from a seed of this test's own; twice the bound where a small sample decides."""
+    """Bounds, on presses from a seed of this test's own; twice the bound where a small sample decides."""
     settings = EvaluationSettings(seed=7321, presses=160)
     result = evaluate(settings, workers=1, progress=False)
     protocol, fresh = result["protocol"]["all"], result["mujoco"]["all"]

@@ -198,7 +198,7 @@ def test_the_command_presses_and_sorts_with_shipped_weights(tmp_path):
     judged = json.loads(done.stdout)
     assert judged["sorted_right"] == 7
     for press in judged["presses"]:
-        # The bounds for recognition with 1 % noise: 0.5 deg median, 1 gf on the mean; twice that for one press.
+        # Bounds for recognition with 1 % noise: 0.5 deg median, 1 gf on the mean; twice that for one press.
         assert press["direction_error_deg"] < 1.0
         assert abs(press["magnitude_error_gf"]) < 2.0
     assert {path.name for path in tmp_path.iterdir()} == {"loop.png", "loop.gif"}
