@@ -25,8 +25,7 @@ def hands_tables() -> str:
 
 
 def _hand_cells(one: Hand) -> list[str]:
-    source = f"<{one.source}>" if one.source.startswith("http") else f"`{one.source}`"
-    return [f'`"{one.name}"`', one.title, str(len(one.pads)), str(one.taxels), one.model, source, one.tested]
+    return [f'`"{one.name}"`', one.title, str(len(one.pads)), str(one.taxels), one.model, f"`{one.source}`", one.tested]
 
 
 def _shape_rows(one: Hand) -> Iterator[list[str]]:

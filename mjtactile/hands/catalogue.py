@@ -60,7 +60,7 @@ class Hand:
         name: argument of `attach_hand`.
         title: full name of the hand.
         model: the model's files and their publisher.
-        source: address of the model.
+        source: how to get the model.
         hashes: SHA-256 of the files that the table was made for, by file name, if they were available.
         expects: geoms that the model must have.
         tested: how the table was tested.
