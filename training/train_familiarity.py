@@ -29,7 +29,7 @@ def main(config: Config) -> None:
     start = time.perf_counter()
     view = stored_view(config.weights)
     presses = see_presses(config.data, view)
-    taught = taught_presses(presses, view, config)
+    taught = taught_presses(presses.readings, presses.outline, view, config)
     write_module(
         config,
         "familiarity.safetensors",

@@ -2,8 +2,9 @@
 
     python training/train_grasp.py --data build/grasps.npz --weights build/weights/grasp
 
-The view comes from the same readings. Noise is added before readings are mirrored into an octant, so that a press whose
-middle is the pad's is learnt in all octants that noise may put it into.
+The view comes from the same readings. Some of these are stored, so that results say whether others look like them.
+Noise is added before readings are mirrored into an octant, so that a press whose middle is the pad's is learnt in all
+octants that noise may put it into.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.grasp import GRASP_OUTPUTS, GraspRecogniser, grasp_targets
 from mjtactile.recognition.registry import register
 from mjtactile.recognition.symmetry import into_octant
+from mjtactile.recognition.training.familiarity import Comparison, taught_presses
 from mjtactile.recognition.training.fitting import perceptron, perceptron_arrays
 from mjtactile.recognition.weight_files import write_weights
 
@@ -77,6 +79,7 @@ def main(config: Config) -> None:
             advance(1)
     arrays = {**perceptron_arrays(network, "grasp"), "target mean": mean, "target scale": _SCALE}
     write(config, view, arrays, perf_counter() - start)
+    write_familiarity(config, view, readings[train])
     report(GraspRecogniser(view, Estimator.from_arrays(arrays, "grasp")), readings, wrenches, held_out)
 
 
@@ -115,15 +118,30 @@ def target_mean(view: PrincipalComponents, readings: np.ndarray, wrenches: np.nd
 
 def write(config: Config, view: PrincipalComponents, arrays: dict[str, np.ndarray], seconds: float) -> None:
     """The view and the recogniser, entered in their folder's registry."""
+    parts = {"parts": view.parts.astype(np.float16), "mean": view.mean, "scale": view.scale}
+    for kind, contents in (("view", parts), ("grasp", arrays)):
+        write_module(config, kind, view, contents, seconds)
+
+
+def write_familiarity(config: Config, view: PrincipalComponents, readings: np.ndarray) -> None:
+    """Presses with which readings are compared; each is an outline of its own, for none is in two poses."""
+    start = perf_counter()
+    taught = taught_presses(into_octant(readings)[0], np.arange(len(readings)), view, Comparison(noise=config.noise))
+    write_module(config, "familiarity", view, taught.arrays(), perf_counter() - start)
+    print(f"familiarity: {len(taught.presses)} presses, unfamiliar from {taught.limit:.3f} standard deviations on")
+
+
+def write_module(
+    config: Config, kind: str, view: PrincipalComponents, arrays: dict[str, np.ndarray], seconds: float
+) -> None:
+    """A module, entered in its folder's registry."""
     about = {
         "layers": view.layers,
         "config": {name: str(value) for name, value in vars(config).items()},
         "seconds": round(seconds, 1),
     }
-    parts = {"parts": view.parts.astype(np.float16), "mean": view.mean, "scale": view.scale}
-    for kind, contents in (("view", parts), ("grasp", arrays)):
-        write_weights(config.weights / f"{kind}.safetensors", contents, {"kind": kind, **about}, Pad())
-        register(config.weights, f"{kind}.safetensors")
+    write_weights(config.weights / f"{kind}.safetensors", arrays, {"kind": kind, **about}, Pad())
+    register(config.weights, f"{kind}.safetensors")
 
 
 def report(recogniser: GraspRecogniser, readings: np.ndarray, wrenches: np.ndarray, held_out: np.ndarray) -> None:

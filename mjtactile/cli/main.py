@@ -239,13 +239,16 @@ def _draw_press(report: Any, path: Path) -> None:
 def _recognised_line(recognised: Any) -> str:
     from mjtactile.units import GRAM_FORCE
 
-    force, shape = recognised.force, recognised.shape
-    x, y = shape.position * 1e3
+    x, y, z = recognised.force.tolist()
+    tilt, shape = math.degrees(math.atan2(math.hypot(x, y), -z)), recognised.shape
+    line = f"recognised: {math.hypot(x, y, z) / GRAM_FORCE:.4g} gf, tilted by {tilt:.3g} deg; "
+    if shape is None:
+        return line + "a face that covers the pad"
     size = "" if math.isnan(shape.size) else f" of size {shape.size:.3g}"
     rotation = "" if math.isnan(shape.rotation) else f", rotated by {math.degrees(shape.rotation):.3g} deg"
     doubt = "" if recognised.familiar else "; these readings look like nothing that was taught, so do not rely on it"
-    found = f"{force.magnitude / GRAM_FORCE:.4g} gf, tilted by {math.degrees(force.tilt):.3g} deg"
-    return f"recognised: {found}; {shape.shape}{size} at {x:.3g}, {y:.3g} mm{rotation}{doubt}"
+    x, y = shape.position * 1e3
+    return f"{line}{shape.shape}{size} at {x:.3g}, {y:.3g} mm{rotation}{doubt}"
 
 
 def _print_press(report: Any) -> None:

@@ -25,7 +25,7 @@ from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad
 from mjtactile.pad_shape.taxels import FreeTaxels
-from mjtactile.recognition import ForceResult, ShapeResult
+from mjtactile.recognition import ShapeResult
 from mjtactile.recognition import load as load_recogniser
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.press_scene import PressResult, press, press_scene
@@ -54,28 +54,23 @@ class Peak:
 class RecognisedPress:
     """What recognisers make of the readings, which are all that they know of a press."""
 
-    force: ForceResult
-    shape: ShapeResult
-
-    @property
-    def familiar(self) -> bool:
-        """Whether the readings look like those that the recognisers were taught; if not, both are likely wrong."""
-        known = self.force.familiarity, self.shape.familiarity
-        return all(one is None or bool(one.familiar) for one in known)
+    force: Array  #: force on the pad [N], pad frame, shape (3,)
+    shape: ShapeResult | None  #: shape and pose; None for a face that covers the pad
+    familiar: bool  #: whether the readings look like what the recognisers were taught; if not, the rest is likely wrong
 
     def as_dict(self) -> dict[str, Any]:
         """The findings as plain numbers, in SI units; None where a shape has no size or no rotation."""
+        found: dict[str, Any] = {"familiar": self.familiar, "force_N": self.force.tolist()}
+        if self.shape is None:
+            return {**found, "shape": "a face that covers the pad"}
         size, rotation = (None if np.isnan(one) else float(one) for one in (self.shape.size, self.shape.rotation))
         return {
-            "familiar": self.familiar,
-            "force_N": self.force.force.tolist(),
-            "force_position_m": self.force.position.tolist(),
-            "force_confidence": float(self.force.confidence),
+            **found,
             "shape": str(self.shape.shape),
             "shape_confidence": float(self.shape.confidence),
-            "shape_position_m": self.shape.position.tolist(),
-            "shape_size": size,
-            "shape_rotation_rad": rotation,
+            "position_m": self.shape.position.tolist(),
+            "size": size,
+            "rotation_rad": rotation,
         }
 
 
@@ -243,8 +238,19 @@ def named_indenter(shape: str, scale: float | None = None) -> Indenter:
 
 
 def _recogniser(pad: Pad) -> Callable[[Array], RecognisedPress]:
-    force, shape = load_recogniser("force", pad=pad), load_recogniser("shape", pad=pad)
-    return lambda readings: RecognisedPress(force(readings), shape(readings))
+    """All recognisers: that of faces which cover the pad knows its own, and is asked first."""
+    grasp, force = load_recogniser("grasp", pad=pad), load_recogniser("force", pad=pad)
+    shape = load_recogniser("shape", pad=pad)
+
+    def recognise(readings: Array) -> RecognisedPress:
+        covering = grasp(readings)
+        if covering.familiarity is not None and covering.familiarity.familiar:
+            return RecognisedPress(covering.force, None, True)
+        felt, seen = force(readings), shape(readings)
+        known = (one is None or bool(one.familiar) for one in (felt.familiarity, seen.familiarity))
+        return RecognisedPress(felt.force, seen, all(known))
+
+    return recognise
 
 
 def _check_force(force: Array, model: mujoco.MjModel) -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjtactile._types import Array
+from mjtactile.recognition.familiarity import Familiarity
 from mjtactile.recognition.wrench import EstimatedWrenches, WrenchRecogniser
 
 #: Number of estimated values: tangential over pressing force (2), centre of pressure (2) [m], torsional moment over
@@ -27,6 +28,8 @@ class GraspResult:
         twist: torsional moment, about the pad's normal through the centre of pressure [N m], (...).
         force_deviation: standard deviation of the ratio of tangential to pressing force [-], (...).
         magnitude_deviation: relative standard deviation of the pressing force [-], (...).
+        familiarity: whether the readings look like those of faces that cover the pad, and how far they are from them;
+            None if the weights do not say: they have no module "familiarity".
     """
 
     force: Array
@@ -34,6 +37,7 @@ class GraspResult:
     twist: Array
     force_deviation: Array
     magnitude_deviation: Array
+    familiarity: Familiarity | None = None
 
     @property
     def pressing(self) -> Array:
@@ -60,6 +64,7 @@ class GraspRecogniser(WrenchRecogniser[GraspResult]):
             found.twist.reshape(batch),
             found.ratio_deviation.reshape(batch),
             found.pressing_deviation.reshape(batch),
+            found.familiarity,
         )
 
 

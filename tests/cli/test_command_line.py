@@ -103,6 +103,16 @@ def test_a_press_says_what_is_recognised_and_whether_to_rely_on_it(monkeypatch, 
     assert line.endswith("do not rely on it") == doubts
 
 
+def test_a_face_that_covers_the_pad_is_recognised_as_one(monkeypatch, capsys, tmp_path, draft):
+    trimesh.creation.box((0.03, 0.03, 0.004)).export(tmp_path / "plate.stl")
+    press = ["mjtactile", "press", str(tmp_path / "plate.stl"), "--force", "1N", "--tilt", "20", "--fidelity", "fast"]
+    monkeypatch.setattr("sys.argv", [*press, "--recognise", "--json"])
+    main()
+    report = json.loads(capsys.readouterr().out)
+    assert report["recognised"]["shape"] == "a face that covers the pad"
+    np.testing.assert_allclose(report["recognised"]["force_N"], report["force_reached_N"], atol=0.02)
+
+
 def test_a_pad_that_recognisers_do_not_know_is_refused_before_its_table_is_built(monkeypatch, capsys, tmp_path):
     (tmp_path / "soft.toml").write_text("layers = [{thickness = 5e-3, young = 1e5, poisson = 0.4}]")
     monkeypatch.setattr("sys.argv", ["mjtactile", "press", "star", "--recognise", "--pad", str(tmp_path / "soft.toml")])

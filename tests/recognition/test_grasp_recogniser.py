@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import shapely
 
-from mjtactile import Footprint, Pad, WrenchBasis, influence_matrices
+from mjtactile import Footprint, Pad, WrenchBasis, force_vector, influence_matrices
+from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.recognition import RecognitionError, load
 
 HALF = 7.5e-3
@@ -47,6 +48,22 @@ def test_force_centre_and_twist_with_noise(basis, recognise):
     assert np.median(np.linalg.norm(found.centre - centre, axis=1)) < 5e-5
     assert np.median(np.abs(found.twist - twist) / pressing) < 8e-5
     assert found.tangential == pytest.approx(np.hypot(*found.force[:, :2].T))
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_faces_that_cover_the_pad_are_familiar(basis, recognise, noise):
+    wanted, _, _ = wrenches(300, 11)
+    readings = np.array([basis.readings(one[:3], one[3:]) for one in wanted])
+    peaks = readings.max(axis=(1, 2, 3))[:, None, None, None]
+    found = recognise(readings + noise * peaks * np.random.default_rng(12).standard_normal(readings.shape)).familiarity
+    assert found.false_alarms == 0.01
+    assert np.mean(~found.familiar) <= 0.03
+
+
+def test_what_does_not_cover_the_pad_is_unfamiliar(recognise, pressed):
+    for shape in INDENTER_NAMES:
+        readings = pressed(shape, [force_vector(0.98, tilt) for tilt in (0.0, 20.0)], shift=(1e-3, -0.5e-3))
+        assert not recognise(readings).familiarity.familiar.any(), shape
 
 
 def test_ten_times_the_force_reads_as_ten_times_the_force(basis, recognise):
