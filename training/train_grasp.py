@@ -56,7 +56,8 @@ def main(config: Config) -> None:
     stored = np.load(config.data)
     readings, wrenches = stored["readings"], stored["wrenches"]
     held_out = np.arange(len(readings)) % 20 == 0
-    view = fitted_view(readings[~held_out], config.parts)
+    octant = into_octant(readings[~held_out])[0]
+    view = fitted_view(octant, config.parts)
     train, scale = np.flatnonzero(~held_out), torch.tensor(_SCALE)
     mean = target_mean(view, readings[train], wrenches[train])
     network = perceptron([config.parts + 1, *[config.width] * config.depth, 2 * GRASP_OUTPUTS])
@@ -79,14 +80,14 @@ def main(config: Config) -> None:
             advance(1)
     arrays = {**perceptron_arrays(network, "grasp"), "target mean": mean, "target scale": _SCALE}
     write(config, view, arrays, perf_counter() - start)
-    write_familiarity(config, view, readings[train])
+    write_familiarity(config, view, octant)
     report(GraspRecogniser(view, Estimator.from_arrays(arrays, "grasp")), readings, wrenches, held_out)
 
 
-def fitted_view(readings: np.ndarray, parts: int) -> PrincipalComponents:
-    """Principal parts of readings over their length, in the octant, as precise as they are kept."""
+def fitted_view(octant: np.ndarray, parts: int) -> PrincipalComponents:
+    """Principal parts of readings in the octant, over their length, as precise as they are kept."""
     shape = Pad().grid_shape
-    view = PrincipalComponents.fitted(into_octant(readings)[0], parts, tuple(range(shape[0])), shape)
+    view = PrincipalComponents.fitted(octant, parts, tuple(range(shape[0])), shape)
     return replace(view, parts=view.parts.astype(np.float16).astype(np.float32))
 
 
@@ -120,18 +121,18 @@ def write(config: Config, view: PrincipalComponents, arrays: dict[str, np.ndarra
     """The view and the recogniser, entered in their folder's registry."""
     parts = {"parts": view.parts.astype(np.float16), "mean": view.mean, "scale": view.scale}
     for kind, contents in (("view", parts), ("grasp", arrays)):
-        write_module(config, kind, view, contents, seconds)
+        write_one(config, kind, view, contents, seconds)
 
 
-def write_familiarity(config: Config, view: PrincipalComponents, readings: np.ndarray) -> None:
+def write_familiarity(config: Config, view: PrincipalComponents, octant: np.ndarray) -> None:
     """Presses with which readings are compared; each is an outline of its own, for none is in two poses."""
     start = perf_counter()
-    taught = taught_presses(into_octant(readings)[0], np.arange(len(readings)), view, Comparison(noise=config.noise))
-    write_module(config, "familiarity", view, taught.arrays(), perf_counter() - start)
+    taught = taught_presses(octant, np.arange(len(octant)), view, Comparison(noise=config.noise))
+    write_one(config, "familiarity", view, taught.arrays(), perf_counter() - start)
     print(f"familiarity: {len(taught.presses)} presses, unfamiliar from {taught.limit:.3f} standard deviations on")
 
 
-def write_module(
+def write_one(
     config: Config, kind: str, view: PrincipalComponents, arrays: dict[str, np.ndarray], seconds: float
 ) -> None:
     """A module, entered in its folder's registry."""

@@ -159,10 +159,8 @@ class Footprint:
         if outer.is_flat:
             return cls.from_gap(checked, surface, outline=outline)
         made = cls.from_gap(_Shifted(checked, 0.0, -1.0, outer), surface, outline=outline)
-        if outline is not None:
-            return replace(made, upright=checked, above=made.lowest)
-        upright = _Checked(_NoneBeside(height, surface.bounds))
-        return replace(made, upright=upright, above=made.lowest, margin=made.reach)
+        upright, margin = (_Checked(height, surface.bounds), made.reach) if outline is None else (checked, 0.0)
+        return replace(made, upright=upright, above=made.lowest, margin=margin)
 
     @property
     def bounds(self) -> Bounds:
@@ -188,9 +186,7 @@ class Footprint:
         if self.gap is None:
             return np.zeros(len(points))
         x, y = points[:, 0], points[:, 1]
-        west, south, east, north = self.surface.bounds
-        within = (x >= west - self.margin) & (x <= east + self.margin)
-        within &= (y >= south - self.margin) & (y <= north + self.margin)
+        within = _beside(self.surface.bounds, x, y) <= self.margin
         if self.upright is not None:
             heights = np.asarray(self.upright(x, y))
         else:
@@ -286,22 +282,10 @@ class _Shifted:
         return self.heights(x, y) - self.less + self.share * self.outer.height(x, y)
 
 
-@dataclass(frozen=True)
-class _NoneBeside:
-    """Heights of a body that is nowhere beside the sheet where its function, written for the sheet, gives NaN."""
-
-    heights: GapFunction
-    sheet: Bounds
-
-    def __call__(self, x: Array, y: Array) -> npt.ArrayLike:
-        with np.errstate(invalid="ignore"):
-            found = self.heights(x, y)
-        west, south, east, north = self.sheet
-        beside = (x < west) | (x > east) | (y < south) | (y > north)
-        values = real_numbers(found)
-        if values is None or np.shape(values) != x.shape:
-            return found
-        return np.where(beside & np.isnan(values), np.inf, values)
+def _beside(sheet: Bounds, x: Array, y: Array) -> Array:
+    """How far points are beyond the nearest side of a sheet, (n,) [m]; negative on it."""
+    west, south, east, north = sheet
+    return np.maximum(np.maximum(west - x, x - east), np.maximum(south - y, y - north))
 
 
 def _checked(name: str, gap: GapFunction) -> Callable[[Array, Array], Array]:
@@ -316,12 +300,20 @@ def _checked(name: str, gap: GapFunction) -> Callable[[Array, Array], Array]:
 
 @dataclass(frozen=True)
 class _Checked:
-    """A gap function with checks of the heights that it returns."""
+    """A gap function with checks of the heights that it returns.
+
+    Attributes:
+        gap: the function.
+        sheet: if given, NaN outside of this rectangle [m] stands for no body, and warns of nothing: the function may be
+            written for the sheet alone.
+    """
 
     gap: GapFunction
+    sheet: Bounds | None = None
 
     def __call__(self, x: Array, y: Array) -> Array:
-        values = real_numbers(self.gap(x, y))
+        with np.errstate(invalid=None if self.sheet is None else "ignore"):
+            values = real_numbers(self.gap(x, y))
         if values is None:
             raise FootprintError(
                 "the gap function gave heights that are no real numbers. It must take arrays x and y and return one "
@@ -333,6 +325,8 @@ class _Checked:
                 f"the gap function gave heights of shape {values.shape} for points of shape {x.shape}. It must take "
                 "arrays x and y and return one height per point."
             )
+        if self.sheet is not None:
+            values = np.where(np.isnan(values) & (_beside(self.sheet, x, y) > 0.0), np.inf, values)
         if not (values > -np.inf).all():  # false for NaN too
             wrong = ~(values > -np.inf)
             first = int(np.flatnonzero(wrong)[0])
