@@ -77,6 +77,12 @@ bool within(const double corner[3][3], const Rectangle& part) {
          part.holds(corner[2][0], corner[2][1]);
 }
 
+TriangleBlock without_triangles() {
+  TriangleBlock none = {};
+  std::fill(std::begin(none.height), std::end(none.height), std::numeric_limits<double>::quiet_NaN());
+  return none;
+}
+
 // Least height, at the floor or above, of a triangle over a rectangle [m]; infinite if it has none.
 double lowest_over(const double corner[3][3], const Rectangle& part, double floor) {
   double low = kInfinite, high = -kInfinite;
@@ -378,14 +384,13 @@ PointRows TriangleShadow::PaddedPoints::row(std::size_t from, std::size_t end) c
   return {x.data() + from, y.data() + from, 1, end - from, end - from};
 }
 
-// The first block of a bucket's triangles, which are packed when a height over the bucket is first asked for. Tested
-// together they are much faster than one by one, wherever they were placed.
+// The first block of a bucket's triangles, which are packed when a height over the bucket is asked for again. Tested
+// together they are much faster than where they were placed.
 std::uint32_t TriangleShadow::packed(std::size_t bucket) const {
   std::uint32_t& first = packed_firsts_[bucket];
-  if (first != kNotPlaced) return first;
+  if (first != kAsked) return first;
+  static const TriangleBlock none = without_triangles();
   first = static_cast<std::uint32_t>(packed_.size());
-  TriangleBlock none = {};
-  std::fill(std::begin(none.height), std::end(none.height), std::numeric_limits<double>::quiet_NaN());
   for (std::uint32_t entry = starts_[bucket]; entry < starts_[bucket + 1]; ++entry) {
     const std::size_t lane = (entry - starts_[bucket]) % kTriangles;
     if (lane == 0) packed_.push_back(none);
@@ -403,6 +408,16 @@ double TriangleShadow::height(double x, double y, double floor) const {
   };
   const std::size_t bucket = std::size_t{coarser_[finest_bucket(y, 1)]} * side_ + coarser_[finest_bucket(x, 0)];
   const std::uint32_t first = starts_[bucket], end = starts_[bucket + 1];
+  if (!fine_ && packed_firsts_[bucket] == kNotPlaced) {
+    packed_firsts_[bucket] = kAsked;
+    std::uint32_t last = kNotPlaced;
+    for (std::uint32_t entry = first; entry < end; ++entry) {
+      const std::uint32_t block = clusters_[entries_[entry]].placed;
+      if (block != last) lower_to(blocks_[block]);
+      last = block;
+    }
+    return lowest;
+  }
   if (!fine_) {
     const std::size_t block = packed(bucket);
     for (std::size_t k = 0; k * kTriangles < end - first; ++k) lower_to(packed_[block + k]);

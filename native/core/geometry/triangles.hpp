@@ -48,6 +48,7 @@ class TriangleShadow {
     double low, high;
   };
   static constexpr std::uint32_t kNotPlaced = std::numeric_limits<std::uint32_t>::max();
+  static constexpr std::uint32_t kAsked = kNotPlaced - 1;   // of a bucket that is packed if it is asked for again
   struct Cluster {                 // the triangles of a box of the mesh, or one of them
     Span x, y;                     // bounds along x and y [m]
     double low;                    // least height that it may have [m]
@@ -122,7 +123,7 @@ class TriangleShadow {
   mutable std::vector<TriangleBlock> blocks_;
   mutable std::vector<TriangleBounds> bounds_;   // of each block
   std::vector<std::uint32_t> starts_, entries_, fill_;   // clusters by bucket
-  // Where clusters are single triangles: those of each bucket that was looked up, together, and its first block.
+  // Where clusters are single triangles: those of each bucket that was looked up twice, together, and its first block.
   mutable std::vector<TriangleBlock> packed_;
   mutable std::vector<std::uint32_t> packed_firsts_;
   // For `bottoms`: for each vertex, the last call in which it was dealt with; and candidates by bucket.

@@ -559,35 +559,32 @@ inline void place_triangles(const double* corners, std::size_t count, const doub
   const auto less = [](double a, double b) { return a < b ? a : b; };
   const auto more = [](double a, double b) { return a > b ? a : b; };
   constexpr double kNone = std::numeric_limits<double>::infinity();
-  TriangleBlock made;
-  TriangleBounds around;
   for (std::size_t k = 0; k < kTriangles; ++k) {
     const double ax = x[1][k] - x[0][k], ay = y[1][k] - y[0][k], az = z[1][k] - z[0][k];
     const double bx = x[2][k] - x[0][k], by = y[2][k] - y[0][k], bz = z[2][k] - z[0][k];
     const double normal[3] = {ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx};
     const double square = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
     const double per = 1.0 / normal[2];
-    made.second[0][k] = by * per, made.second[1][k] = -bx * per;
-    made.third[0][k] = -ay * per, made.third[1][k] = ax * per;
-    made.second[2][k] = -(made.second[0][k] * x[0][k] + made.second[1][k] * y[0][k]);
-    made.third[2][k] = -(made.third[0][k] * x[0][k] + made.third[1][k] * y[0][k]);
-    made.second_rise[k] = az, made.third_rise[k] = bz;
+    block.second[0][k] = by * per, block.second[1][k] = -bx * per;
+    block.third[0][k] = -ay * per, block.third[1][k] = ax * per;
+    block.second[2][k] = -(block.second[0][k] * x[0][k] + block.second[1][k] * y[0][k]);
+    block.third[2][k] = -(block.third[0][k] * x[0][k] + block.third[1][k] * y[0][k]);
+    block.second_rise[k] = az, block.third_rise[k] = bz;
     const double west = less(less(x[0][k], x[1][k]), x[2][k]), east = more(more(x[0][k], x[1][k]), x[2][k]);
     const double south = less(less(y[0][k], y[1][k]), y[2][k]), north = more(more(y[0][k], y[1][k]), y[2][k]);
     const double low = less(less(z[0][k], z[1][k]), z[2][k]), high = more(more(z[0][k], z[1][k]), z[2][k]);
     const bool over = (west <= seen.east) & (east >= seen.west) & (south <= seen.north) & (north >= seen.south);
     const bool faces = (normal[2] * normal[2] > seen.steepest * seen.steepest * square) & (normal[2] <= seen.upward);
     const bool counts = over & faces & (low <= seen.ceiling) & (high >= seen.floor);
-    made.height[k] = counts ? z[0][k] : std::numeric_limits<double>::quiet_NaN();
-    around.west[k] = counts ? west : kNone, around.east[k] = counts ? east : -kNone;
-    around.south[k] = counts ? south : kNone, around.north[k] = counts ? north : -kNone;
-    around.low[k] = counts ? low : kNone;
+    block.height[k] = counts ? z[0][k] : std::numeric_limits<double>::quiet_NaN();
+    bounds.west[k] = counts ? west : kNone, bounds.east[k] = counts ? east : -kNone;
+    bounds.south[k] = counts ? south : kNone, bounds.north[k] = counts ? north : -kNone;
+    bounds.low[k] = counts ? low : kNone;
   }
   for (std::size_t k = count; k < kTriangles; ++k) {
-    made.height[k] = std::numeric_limits<double>::quiet_NaN();
-    around.west[k] = around.south[k] = around.low[k] = kNone, around.east[k] = around.north[k] = -kNone;
+    block.height[k] = std::numeric_limits<double>::quiet_NaN();
+    bounds.west[k] = bounds.south[k] = bounds.low[k] = kNone, bounds.east[k] = bounds.north[k] = -kNone;
   }
-  block = made, bounds = around;
 }
 
 inline double lowest_of_triangles(const TriangleBlock& block, double x, double y, double least, double floor,
