@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+# Python compiles a module when it is first imported. All modules of all packages would take half of the time.
+export PIP_COMPILE := 0
 # Beside the MuJoCo of constraints.txt: the oldest that works, on which most runs, and others for the plugin alone.
 OLDEST_MUJOCO := 3.3.7
 OTHER_MUJOCO := 3.8.0 3.10.0 3.17.0
@@ -19,17 +21,17 @@ SIDE_BY_SIDE := -n 2 --dist loadfile
 LINT_IMPORTS = PYTHONPATH=$(CURDIR):$(shell echo $(CURDIR)/$(VENV)/lib/python3*/site-packages) \
 	$(BIN)/python -S $(BIN)/lint-imports --no-cache
 
-.PHONY: demo test check install install-dev docs examples lerobot wheel wheel-test models shipped-table soak tables weights policies clean
+.PHONY: demo test check style types install install-dev docs examples lerobot wheel wheel-test models shipped-table soak tables weights policies clean
 
 demo: $(VENV)/installed
 	$(BIN)/mjtactile press star --force 100gf --tilt 15 --shift 1.25,0 --rotate 20 --recognise --out demo.npz --figure demo.png
 
-# Everything CI runs: style, types, all tests, and the MuJoCo side again on other versions of MuJoCo.
-test: $(VENV)/installed-dev build/lerobot/installed build/soak/installed build/chromium/installed .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
-	$(BIN)/ruff check .
-	$(BIN)/ruff format --check .
-	$(LINT_IMPORTS)
-	$(BIN)/pyright --pythonpath $(BIN)/python
+# Everything CI runs: style, types, all tests, and the MuJoCo side again on other versions of MuJoCo. What the tests need
+# is made two at a time.
+TEST_ENVIRONMENTS := build/lerobot/installed build/soak/installed build/chromium/installed \
+	.mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
+test: $(VENV)/installed-dev
+	$(MAKE) --jobs=2 style types $(TEST_ENVIRONMENTS)
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE)
 	PYTHONPATH=.mujoco-$(OLDEST_MUJOCO) $(BIN)/python -m pytest $(SIDE_BY_SIDE) $(MUJOCO_TESTS) -m "not slow" -k $(ANY_MUJOCO)
 	for version in $(OTHER_MUJOCO); do \
@@ -37,11 +39,16 @@ test: $(VENV)/installed-dev build/lerobot/installed build/soak/installed build/c
 	done
 
 # What a developer runs between edits.
-check: $(VENV)/installed-dev
-	$(BIN)/ruff check .
-	$(LINT_IMPORTS)
-	$(BIN)/pyright --pythonpath $(BIN)/python
+check: style types
 	$(BIN)/python -m pytest -m "not slow"
+
+style: $(VENV)/installed-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(LINT_IMPORTS)
+
+types: $(VENV)/installed-dev
+	$(BIN)/pyright --pythonpath $(BIN)/python
 
 # The docs site, any warning being an error; versions by tag are `mike deploy TAG latest`, from the same configuration.
 docs: $(VENV)/installed-dev
@@ -63,8 +70,10 @@ $(VENV)/installed: $(VENV)/bin/python pyproject.toml constraints.txt $(NATIVE)
 	$(PIP) install -c constraints.txt -e '.[figures]'
 	touch $@
 
+# Without build isolation, so that the core is compiled once in build/, and later only what changed.
 $(VENV)/installed-dev: $(VENV)/bin/python pyproject.toml constraints.txt $(NATIVE)
-	$(PIP) install -c constraints.txt -e '.[dev]'
+	$(PIP) install -c constraints.txt scikit-build-core cmake ninja
+	$(PIP) install -c constraints.txt --no-build-isolation -e '.[dev]'
 	touch $@ $(VENV)/installed
 
 # A wheel for every Python and every Linux with glibc 2.28 or newer, by way of the source distribution; into dist/. Zig

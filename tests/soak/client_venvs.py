@@ -10,6 +10,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import venv
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -29,29 +30,37 @@ VENVS = {
 }
 
 
+def wheel(folder: Path) -> Path:
+    """A wheel of the working tree, made where it is missing or older."""
+    wheels = folder / "wheels"
+    sources = [path for part in ("mjtactile", "native") for path in (ROOT / part).rglob("*") if path.is_file()]
+    newest = max(path.stat().st_mtime for path in sources if "__pycache__" not in path.parts)
+    built = sorted(wheels.glob("mjtactile-*.whl"))
+    if not built or built[0].stat().st_mtime < newest:
+        # Without isolation pip uses what `make install-dev` has compiled.
+        pip = [sys.executable, "-m", "pip", "--quiet", "wheel", "--no-deps", "--no-build-isolation"]
+        subprocess.run([*pip, "-w", str(wheels), str(ROOT)], check=True)
+        built = sorted(wheels.glob("mjtactile-*.whl"))
+    return built[0]
+
+
 def install(name: str, folder: Path) -> Path:
     """Python of the environment of a package, made where it is missing; mjtactile in it is the working tree's."""
-    home, wheels = folder / name, folder / "wheels"
+    home, ours = folder / name, wheel(folder)
     python = home / "bin" / "python"
     pip = [str(python), "-m", "pip", "--disable-pip-version-check", "--quiet", "install"]
     if not (home / "installed").is_file():
         venv.create(home, with_pip=True, clear=True)
         subprocess.run([*pip, *VENVS[name], *_NEEDS], check=True)
         (home / "installed").touch()
-    sources = [path for part in ("mjtactile", "native") for path in (ROOT / part).rglob("*") if path.is_file()]
-    newest = max(path.stat().st_mtime for path in sources if "__pycache__" not in path.parts)
-    built = sorted(wheels.glob("mjtactile-*.whl"))
-    if not built or built[0].stat().st_mtime < newest:
-        wheel = [sys.executable, "-m", "pip", "--quiet", "wheel", "--no-deps", "-w", str(wheels), str(ROOT)]
-        subprocess.run(wheel, check=True)
-        built = sorted(wheels.glob("mjtactile-*.whl"))
     marker = home / "installed-mjtactile"
-    if not marker.is_file() or marker.stat().st_mtime < built[0].stat().st_mtime:
-        subprocess.run([*pip, "--no-deps", "--force-reinstall", str(built[0])], check=True)
+    if not marker.is_file() or marker.stat().st_mtime < ours.stat().st_mtime:
+        subprocess.run([*pip, "--no-deps", "--force-reinstall", str(ours)], check=True)
         marker.touch()
     return python
 
 
 if __name__ == "__main__":
-    for package in VENVS:
-        install(package, FOLDER)
+    wheel(FOLDER)
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        list(pool.map(lambda package: install(package, FOLDER), VENVS))
