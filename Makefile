@@ -14,8 +14,8 @@ MUJOCO_TESTS := tests/sim tests/plugin tests/doors tests/experiments/loop
 # and a dense contact takes the wrench that MuJoCo gives, whichever that is.
 ANY_MUJOCO := "not video and not opengl and not the_command and not dense_contact"
 NATIVE := $(shell find native -type f)
-# Two processes of tests, one file in one of them.
-SIDE_BY_SIDE := -n 2 --dist loadfile
+# Two processes of tests, each file in one of them; pytest_collection_modifyitems says in which order.
+SIDE_BY_SIDE := -n 2 --dist loadfile --no-loadscope-reorder
 
 # Without the hooks of site: an editable install takes the folder above the checkout for a place of the package, too.
 LINT_IMPORTS = PYTHONPATH=$(CURDIR):$(shell echo $(CURDIR)/$(VENV)/lib/python3*/site-packages) \
