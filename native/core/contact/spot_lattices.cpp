@@ -36,7 +36,7 @@ constexpr double kNearly = 1.1;          // symmetric bodies may have this many 
 constexpr double kLeastCoarser = 1.25;   // least factor by which cells grow if there are too many,
 constexpr int kRounds = 10;              // and largest number of times
 // Strips along ridges.
-constexpr double kNarrowStrip = 3.0;     // a strip up to this many cells wide is narrow: its cells are made as wide,
+constexpr double kNarrowStrip = 2.0;     // a strip up to this many cells wide is narrow: its cells are made as wide,
 constexpr double kStripCell = 1.3;       // times this, so that a slanted strip is within them, too
 constexpr double kLeastCovered = 0.25;   // cells that cover less than this share of a ridge's length miss it
 constexpr double kMostSamples = 32.0;    // largest number of heights computed per cell
@@ -94,8 +94,8 @@ void SpotLattices::lay(const Look& look, SampledLattices& lattices) {
   lay_all(look, lattices);
 }
 
-// False if the cells miss most of the ridges. The search finds these on lines that are closer than those of the cells,
-// and a rough body has some between the latter.
+// False if a strip is wide for its cells, which then need not follow the ridge, or if the cells miss most of the ridges:
+// the search finds these on lines that are closer than those of the cells, and a rough body has some between the latter.
 bool SpotLattices::lay_along_ridges(const Look& look, SampledLattices& lattices) {
   follows_.clear();
   for (const Spot& spot : spots_) follows_.push_back(spot.is_open() ? 1 : 0);
@@ -105,6 +105,7 @@ bool SpotLattices::lay_along_ridges(const Look& look, SampledLattices& lattices)
     bool again = false;
     for (std::size_t k = 0; k < spots_.size(); ++k) {
       const double length = spots_[k].length;
+      if (follows_[k] && spots_[k].area >= kNarrowStrip * lattices[k].size * length) return false;
       const double covered = lattices[k].size * static_cast<double>(lattices.counted(k));
       all_length += length, all_covered += std::min(covered, length);
       if (follows_[k] || covered >= kLeastCovered * length) continue;

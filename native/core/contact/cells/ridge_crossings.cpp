@@ -9,6 +9,8 @@ namespace {
 // Heights that differ by at most this are equal, over the tolerance. Rounding must not choose between them: the bottom
 // of a mesh may be level across a ridge.
 constexpr double kSame = 1e-6;
+// A place this near to a sample is at it, in steps.
+constexpr double kOnNode = 1e-9;
 
 }  // namespace
 
@@ -100,8 +102,6 @@ void add_crossings(const HeightWindow& view, const SampledLine& line, double tol
   }
 }
 
-// Between two samples, the root of the height is taken to be linear. That is exact for a round ridge, and close for a
-// sharp one.
 double RidgeCrossing::reach(double level, double sign) const {
   Sample within = {0.0, 0.0}, beyond = {kNowhere, kNowhere};
   for (std::size_t k = 0; k < count_; ++k) {
@@ -112,7 +112,27 @@ double RidgeCrossing::reach(double level, double sign) const {
     const double away = sign * samples_[k].away;
     if (away > within.away && away < beyond.away) beyond = {away, samples_[k].higher};
   }
-  if (!std::isfinite(beyond.away)) return within.away;
+  return std::isfinite(beyond.away) ? place_between(within, beyond, level) : within.away;
+}
+
+double RidgeCrossing::end(const SampledLine& line, double level, double sign) const {
+  const double reached = place + sign * reach(level, sign);
+  double node = std::round(reached);
+  const double last = sign > 0.0 ? static_cast<double>(line.count - 1) : 0.0;
+  if (std::abs(reached - node) > kOnNode || sign * (last - node) <= 0.0) return reached;
+  const auto sample = [&](double number) {
+    const double over = line.heights[static_cast<std::size_t>(number) * line.stride];
+    return Sample{sign * (number - place), over - height};
+  };
+  if (sample(node).higher > level) return reached;
+  while (sign * (last - node) > 0.0 && sample(node + sign).higher <= level) node += sign;
+  if (!(sign * (last - node) > 0.0)) return node;
+  return place + sign * place_between(sample(node), sample(node + sign), level);
+}
+
+// Between two samples, the root of the height is taken to be linear. That is exact for a round ridge, and close for a
+// sharp one.
+double RidgeCrossing::place_between(const Sample& within, const Sample& beyond, double level) {
   if (!std::isfinite(beyond.higher)) return (within.away + beyond.away) / 2;
   const double from = std::sqrt(std::max(within.higher, 0.0)), to = std::sqrt(beyond.higher);
   return within.away + (beyond.away - within.away) * (std::sqrt(level) - from) / (to - from);

@@ -34,6 +34,9 @@ class RidgeCrossing {
   // Distance along the line from the crossing to where the body is higher by `level` [m], in steps: toward the line's
   // end if `sign` is 1, toward its start if it is -1.
   double reach(double level, double sign) const;
+  // Place on the line up to which the body is higher by at most `level`: as far as `reach`, or farther where the next
+  // samples of the line are not higher either.
+  double end(const SampledLine& line, double level, double sign) const;
   // Whether the body rises by more than that before the next samples on both sides.
   bool is_narrow(double level) const { return samples_[0].higher > level && samples_[1].higher > level; }
 
@@ -43,6 +46,7 @@ class RidgeCrossing {
   struct Sample {
     double away = 0.0, higher = 0.0;   // from the crossing, in steps; above it [m]
   };
+  static double place_between(const Sample& within, const Sample& beyond, double level);
   std::array<Sample, 2 * kHalvings + 2> samples_;   // the first two are the samples on both sides
   std::size_t count_ = 0;
 };

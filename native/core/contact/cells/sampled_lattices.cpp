@@ -143,13 +143,12 @@ void SampledLattices::find_strips(const HeightWindow& view, double strip) {
         return row ? lattice.at(node / 2, place) : lattice.at(place, node / 2);
       };
       const auto beyond = [&](double node) { return view.height(point(node)) - view.highest; };
+      const SampledLine samples = {point(0.0), {to.x - from.x, to.y - from.y}, count, first, row ? 1 : across,
+                                   beyond(-0.5), beyond(static_cast<double>(count) - 0.5), false};
       crossings_.clear();
-      add_crossings(view,
-                    {point(0.0), {to.x - from.x, to.y - from.y}, count, first, row ? 1 : across, beyond(-0.5),
-                     beyond(static_cast<double>(count) - 0.5), false},
-                    kTolerance * strip, crossings_);
+      add_crossings(view, samples, kTolerance * strip, crossings_);
       for (const RidgeCrossing& one : crossings_) {
-        strips_.push_back({one.height, one.place - one.reach(strip, -1.0), one.place + one.reach(strip, 1.0)});
+        strips_.push_back({one.height, one.end(samples, strip, -1.0), one.end(samples, strip, 1.0)});
       }
       line_ends_.push_back(strips_.size());
     }
