@@ -22,7 +22,13 @@ class Extra:
     @property
     def missing(self) -> list[str]:
         """Modules that are not installed."""
-        return [name for name in self.modules if find_spec(name) is None]
+        return [name for name in self.modules if not _is_installed(name)]
+
+
+def _is_installed(name: str) -> bool:
+    """Whether there is a package of that name; a mere folder, which Python also imports, does not count."""
+    spec = find_spec(name)
+    return spec is not None and spec.origin is not None
 
 
 #: Extras of pyproject.toml by name, without those that only combine others.

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import mjtactile
-from mjtactile._installed import EXTRAS, require
+from mjtactile._installed import EXTRAS, Extra, require
 from mjtactile.errors import MissingExtraError, MjTactileError
 
 ROOT = Path(__file__).parents[2]
@@ -138,3 +138,11 @@ def test_a_package_of_ours_that_needs_an_extra_says_so(tmp_path):
     done = without_extras("import mjtactile.torch", tmp_path)
     assert 'pip install "mjtactile[torch]"' in done.stderr.splitlines()[-1]
     assert mjtactile.__version__
+
+
+def test_a_folder_of_a_package_s_name_is_not_the_package(tmp_path, monkeypatch):
+    """Ray leaves a folder /tmp/ray behind, which Python imports where /tmp is on its path."""
+    (tmp_path / "no_package_of_this_name").mkdir()
+    monkeypatch.syspath_prepend(tmp_path)
+    assert Extra(("no_package_of_this_name",), "nothing").missing == ["no_package_of_this_name"]
+    assert Extra(("pytest",), "tests").missing == []
