@@ -78,8 +78,12 @@ bool within(const double corner[3][3], const Rectangle& part) {
 }
 
 TriangleBlock without_triangles() {
-  TriangleBlock none = {};
-  std::fill(std::begin(none.height), std::end(none.height), std::numeric_limits<double>::quiet_NaN());
+  TriangleBlock none;
+  for (std::size_t k = 0; k < kTriangles; ++k) {
+    for (std::size_t i = 0; i < 3; ++i) none.second[i][k] = none.third[i][k] = 0.0;
+    none.second_rise[k] = none.third_rise[k] = 0.0;
+    none.height[k] = std::numeric_limits<double>::quiet_NaN();
+  }
   return none;
 }
 
