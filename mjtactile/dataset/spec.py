@@ -23,7 +23,7 @@ from mjtactile.contact.options import LAWS, contact_options
 from mjtactile.contact.tangentials import WITHOUT_FRICTION
 from mjtactile.dataset.hardware import transducer_for
 from mjtactile.dataset.shapes import SHAPE_NAMES, mesh_digest, shape_face
-from mjtactile.errors import ContactError, DatasetError, PadError, shortened
+from mjtactile.errors import ContactError, DatasetError, PadError, of_type, shortened
 from mjtactile.fidelity import DEFAULT, PRESETS
 from mjtactile.pad import Pad
 from mjtactile.pad_names import pad_from_file, pad_from_values
@@ -56,7 +56,8 @@ class ContactSpec:
     """One kind of contact: bodies, positions and forces.
 
     Raises:
-        DatasetError: the weight, a range or the share `upright` is invalid; the message names it.
+        DatasetError: the shapes are no names, or the weight, a range or the share `upright` is invalid; the message
+            names it.
     """
 
     shapes: tuple[str, ...]  #: names of shapes.SHAPE_NAMES, or paths of mesh files
@@ -71,6 +72,7 @@ class ContactSpec:
 
     def __post_init__(self) -> None:
         """Refuse numbers out of range, and make those of NumPy ones of Python, which are written as JSON."""
+        object.__setattr__(self, "shapes", _shape_names(self.shapes))
         if not finite_number(self.weight) > 0.0:
             raise DatasetError(f"[[contact]] weight = {shortened(self.weight)}; expected a positive number.")
         object.__setattr__(self, "weight", _plain(self.weight))
@@ -84,14 +86,15 @@ class DatasetSpec:
     """A dataset; make it with `load_spec`.
 
     Raises:
-        DatasetError: a number is out of range, a law does not know a distribution of shear, bodies would be beyond a
-            curved pad, press scenes cannot make a force, or the transducer is invalid.
+        DatasetError: there is no contact; a backend, fidelity, law or distribution of shear does not exist; a number is
+            out of range, a law does not know a distribution of shear, bodies would be beyond a curved pad, press scenes
+            cannot make a force, or the transducer or the pad is invalid.
         TransducerError: a value of the transducer is outside its range, or does not suit the pad.
     """
 
     contacts: tuple[ContactSpec, ...]
     presses: int = 1000  #: number of presses
-    seed: int = 0
+    seed: int = 0  #: of all random numbers
     backend: str = "physics"  #: "physics": contact laws alone; "mujoco": simulated press scenes
     presets: tuple[str, ...] = (DEFAULT,)  #: fidelities by name, drawn with equal probability
     laws: tuple[str, ...] = ("elastic",)  #: contact laws, drawn with equal probability
@@ -101,13 +104,23 @@ class DatasetSpec:
     forces: int = 4  #: successive forces at each pose; a further force at the same pose costs almost nothing
     noise: Range = (0.0, 0.0)  #: standard deviation of additive noise, relative to the press's largest reading [-]
     transducer: dict[str, Any] | None = field(default=None, hash=False)  #: "name" and parameters; see hardware.py
-    pad: Pad = field(default_factory=Pad)
+    pad: Pad = field(default_factory=Pad)  #: the pad that is pressed
 
     def __post_init__(self) -> None:
-        """Refuse numbers out of range, and what does not go together: laws, transducer, pad, positions and forces.
+        """Refuse unknown names, numbers out of range, and what does not go together.
 
-        Numbers of NumPy become ones of Python.
+        That is laws, transducer, pad, positions and forces. Numbers of NumPy become ones of Python.
         """
+        contacts = tuple(self.contacts) if isinstance(self.contacts, list | tuple) else ()
+        if not contacts or not all(isinstance(one, ContactSpec) for one in contacts):
+            raise DatasetError(f"contacts = {shortened(self.contacts)}; expected at least one ContactSpec(shapes=...).")
+        object.__setattr__(self, "contacts", contacts)
+        if self.backend not in BACKENDS:
+            raise DatasetError(f"backend {self.backend!r} does not exist. Available: {', '.join(BACKENDS)}.")
+        known = {"presets": tuple(PRESETS), "laws": LAWS, "tangential": WITHOUT_FRICTION}
+        for name, available in known.items():
+            object.__setattr__(self, name, _known(name, getattr(self, name), available))
+        of_type(Pad, "pad", self.pad, DatasetError, "pad_from_file(...) reads one")
         limits = {"presses": (1, MOST_PRESSES), "seed": (0, MOST_SEED)}
         limits |= dict.fromkeys(("poses", "forces"), (1, MOST_PER_OUTLINE))
         for name, (least, most) in limits.items():
@@ -223,11 +236,7 @@ def _contact(entry: dict[str, Any]) -> ContactSpec:
     _refuse_unknown(
         "[[contact]]", entry, {"shapes", "weight", "size", "shift", "rotation", "force", "tilt", "azimuth", "upright"}
     )
-    shapes = entry.get("shapes", [])
-    if not (isinstance(shapes, list) and shapes and all(isinstance(shape, str) for shape in shapes)):
-        raise DatasetError(
-            f"[[contact]] shapes = {shortened(shapes)}; expected a list of names, for example ['star', 'sphere']."
-        )
+    shapes = _shape_names(entry.get("shapes", []))
     for shape in shapes:
         shape_face(shape)
     given = {"weight": len(shapes), "shift": 0.0, **entry}
@@ -235,7 +244,20 @@ def _contact(entry: dict[str, Any]) -> ContactSpec:
         given["shift"] = [-given["shift"], given["shift"]]
     ranges = {name: _in_si(given[name], unit) for name, (unit, *_) in _CONTACT_LIMITS.items() if name in given}
     shares = {name: _as_float(given[name]) for name in ("weight", "upright") if name in given}
-    return ContactSpec(shapes=tuple(shapes), **ranges, **shares)
+    return ContactSpec(shapes=shapes, **ranges, **shares)
+
+
+def _shape_names(shapes: object) -> tuple[str, ...]:
+    """Names of shapes, or paths of mesh files, as a tuple.
+
+    Raises:
+        DatasetError: they are no list of names, or there is none.
+    """
+    if not (isinstance(shapes, list | tuple) and shapes and all(isinstance(shape, str) for shape in shapes)):
+        raise DatasetError(
+            f"[[contact]] shapes = {shortened(shapes)}; expected a list of names, for example ['star', 'sphere']."
+        )
+    return tuple(shapes)
 
 
 def pad_from(values: dict[str, Any] | str, folder: Path = Path()) -> Pad:
@@ -357,8 +379,16 @@ def _share(name: str, value: object) -> float:
 
 
 def _names(values: dict[str, Any], name: str, default: str, known: tuple[str, ...]) -> tuple[str, ...]:
-    given = values.get(name, default)
-    names = tuple(given) if isinstance(given, list) else (given,)
+    return _known(name, values.get(name, default), known)
+
+
+def _known(name: str, given: Any, known: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of which each is known; a single one may be given alone.
+
+    Raises:
+        DatasetError: one is unknown, or there is none.
+    """
+    names = tuple(given) if isinstance(given, list | tuple) else (given,)
     for one in names:
         if one not in known:
             raise DatasetError(f"{name} {one!r} does not exist. Available: {', '.join(known)}.")

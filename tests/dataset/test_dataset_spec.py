@@ -96,6 +96,30 @@ def test_counts_made_in_python_are_checked_as_those_of_files_are(counts):
         DatasetSpec(contacts=(ContactSpec(shapes=("star",)),), **counts)
 
 
+@pytest.mark.parametrize(
+    ("chosen", "said"),
+    [
+        ({"backend": "mujcoco"}, "backend 'mujcoco' does not exist. Available: physics, mujoco"),
+        ({"presets": ("quick",)}, "presets 'quick' does not exist. Available: fast"),
+        ({"laws": ("elastic", "soft")}, "laws 'soft' does not exist. Available: uniform"),
+        ({"laws": ()}, "laws is empty"),
+        ({"tangential": ("coulomb",)}, "tangential 'coulomb' does not exist. Available: proportional, stick"),
+        ({"contacts": ()}, r"contacts = \(\); expected at least one ContactSpec"),
+        ({"contacts": ("star",)}, "expected at least one ContactSpec"),
+        ({"pad": "dome.toml"}, "pad is of type str; expected a mjtactile.Pad"),
+    ],
+)
+def test_names_and_types_in_python_are_checked_as_those_of_files_are(chosen, said):
+    with pytest.raises(DatasetError, match=said):
+        DatasetSpec(**{"contacts": (ContactSpec(shapes=("star",)),), **chosen})
+
+
+@pytest.mark.parametrize("shapes", ["star", (), (3,)])
+def test_shapes_of_a_contact_are_a_list_of_names(shapes):
+    with pytest.raises(DatasetError, match="expected a list of names"):
+        ContactSpec(shapes=shapes)
+
+
 def test_laws_and_distributions_of_shear_that_do_not_go_together_are_refused():
     mixed = {"contact": [CONTACT], "law": ["elastic", "foundation"], "tangential": ["proportional", "stick"]}
     with pytest.raises(DatasetError, match=r"'stick' needs law='elastic'; law 'foundation' knows"):
