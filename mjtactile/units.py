@@ -82,7 +82,9 @@ def parse_force(text: str) -> float:
     unit = unit if unit.startswith("M") else unit.lower()
     value = _number(match.group(1)) if match else None
     if value is None or unit not in _FORCE_UNITS:
-        raise UnitError(f"force {text!r} is not a number with a unit; expected for example 100gf, 0.98N or 980mN.")
+        raise UnitError(
+            f"force {text!r} is not a number with unit gf, N or mN; expected for example 100gf, 0.98N or 980mN."
+        )
     if not (math.isfinite(value) and value > 0.0):
         raise UnitError(f"force {text!r} does not press; expected a positive force. Its direction is set by --tilt.")
     force = value * _FORCE_UNITS[unit]

@@ -96,7 +96,10 @@ def read_tables(path: Path) -> tuple[Tables, dict[str, Any]]:
     from safetensors import SafetensorError, safe_open
 
     if not path.is_file():
-        raise FileNotFoundError(f"{path} does not exist. Build the table: mjtactile build")
+        raise FileNotFoundError(
+            f"{path} does not exist. InfluenceMatrices.save writes such a file; influence_matrices(pad) and mjtactile "
+            "build make tables in the cache, which need no path."
+        )
     try:
         with safe_open(path, framework="np"):
             pass  # opening checks that the header's arrays fill the file and have the sizes of their shapes

@@ -111,6 +111,12 @@ def load(
         return recogniser.from_stored(seen_by, _stored(registry, name, where), taught)
     position, size, orientation = (PoseModule.from_stored(_stored(registry, kind, where)) for kind in POSE_KINDS)
     names = [entry.name for entry in registry.values() if entry.kind == "shape" and not entry.optional]
+    if unknown := [shape for shape in also if f"shape {shape}" not in registry]:
+        added = [entry.name.removeprefix("shape ") for entry in registry.values() if entry.optional]
+        raise RecognitionError(
+            f"also = {shortened(also)}: there is no shape {shortened(unknown[0])} in {where}. Available besides the "
+            f"standard ones: {', '.join(sorted(added)) or 'none'}. training/add_shape.py adds one."
+        )
     names += [f"shape {shape}" for shape in also]
     shapes = tuple(ShapeModule.from_stored(_stored(registry, one, where)) for one in dict.fromkeys(names))
     return ShapeRecogniser(seen_by, (position, size, orientation), shapes, taught)

@@ -167,8 +167,8 @@ except OSError as error:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_missing_file_says_how_to_build_it(tmp_path):
-    with pytest.raises(FileNotFoundError, match="mjtactile build"):
+def test_missing_file_says_how_to_make_it(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"InfluenceMatrices\.save writes such a file"):
         load_influence(tmp_path / "nothing.safetensors")
 
 

@@ -75,6 +75,12 @@ def test_modules_of_their_own_add_shapes_and_say_who_did_what(pressed):
         assert found.modules[f"shape {name}"] == f"shape-{name}.safetensors"
 
 
+@pytest.mark.parametrize(("layers", "said"), [("all", "cross, hexagon"), ("top", "none")])
+def test_a_shape_that_was_not_added_names_those_that_were(layers, said):
+    with pytest.raises(RecognitionError, match=rf"no shape 'pentagon'.*besides the standard ones: {said}\."):
+        recognition.load("shape", layers=layers, also=["pentagon"])
+
+
 def test_added_shapes_leave_the_others_modules_as_they_are():
     """The registry knows every file by its hash, and no module was trained with one that was added later."""
     for layers in ("all", "top"):
