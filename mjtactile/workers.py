@@ -20,7 +20,8 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from mjtactile._installed import __version__, require
-from mjtactile.errors import DistributeError
+from mjtactile.errors import DistributeError, shortened
+from mjtactile.units import is_whole
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -40,7 +41,8 @@ class Workers:
     """Where tasks run; results never depend on it.
 
     Raises:
-        DistributeError: the count is below one or above the limit of this machine, or an address is given without Ray.
+        DistributeError: the count is no whole number, below one, or above the limit of this machine; or an address is
+            given without Ray.
     """
 
     count: int = 1  #: processes on this machine, one core each; not used for a Ray cluster at `ray_address`
@@ -51,8 +53,8 @@ class Workers:
         """Refuse what makes no sense."""
         # Each worker is a process of some hundred megabytes on this machine, unless it belongs to a remote cluster.
         most = max(_MOST_WORKERS, _MOST_PER_PROCESSOR * (os.cpu_count() or 1))
-        if self.count < 1:
-            raise DistributeError(f"workers = {self.count}; expected at least 1.")
+        if not (is_whole(self.count) and self.count >= 1):
+            raise DistributeError(f"workers = {shortened(self.count)}; expected a whole number of at least 1.")
         if self.count > most and self.ray_address is None:
             raise DistributeError(
                 f"workers = {self.count}; expected at most {most} on this machine. One for each processor is enough."

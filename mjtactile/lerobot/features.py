@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile.errors import DatasetError
-from mjtactile.pad import Pad
+from mjtactile.pad import Pad, require_pad
 from mjtactile.pad_shape.taxels import FreeTaxels
 
 #: Types of columns.
@@ -84,8 +84,11 @@ def tactile_features(
 
     Returns:
         Features by column; their `info` has the unit, the positions of the taxels [m] and the shape of a reading.
+
+    Raises:
+        PadError: `pad` is no pad.
     """
-    shape = pad.reading_shape
+    shape = require_pad(pad).reading_shape
     axes = ["taxel"] if isinstance(pad.taxels, FreeTaxels) else ["layer", "row", "column"]
     info = {
         "quantity": "von Mises stress",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import math
 import time
 from collections.abc import Mapping
 from contextlib import redirect_stdout
@@ -12,6 +11,7 @@ import mujoco
 
 from mjtactile.errors import ViewError
 from mjtactile.sensor import TactileSensor
+from mjtactile.units import finite_number
 from mjtactile.view.controls import Controls
 from mjtactile.view.frame import Frame, checked_pads, take_frame
 from mjtactile.view.perturbation import Perturbation
@@ -61,7 +61,7 @@ class Viewer:
     ) -> None:
         self.model, self.data = model, data
         self.controls, self.recording = Controls(), Recording()
-        if isinstance(rate, str) or not 0.0 < rate < math.inf:
+        if not finite_number(rate) > 0.0:
             raise ViewError(f"rate = {rate!r}; expected a positive number of updates per second, such as 30.")
         self._pads = checked_pads(model, data, pads)
         self._period = 1.0 / rate

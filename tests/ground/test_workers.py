@@ -132,7 +132,10 @@ def test_no_tasks_need_no_workers():
     assert list(distributed(square, [], Workers(count=2))) == []
 
 
-@pytest.mark.parametrize(("asked", "said"), [({"count": 0}, "at least 1"), ({"ray_address": "auto"}, "--ray")])
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [({"count": 0}, "at least 1"), ({"count": "2"}, "whole number"), ({"ray_address": "auto"}, "--ray")],
+)
 def test_workers_that_make_no_sense_are_refused(asked, said):
     with pytest.raises(DistributeError, match=said):
         Workers(**asked)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from written_sets import info, needs_lerobot, read, read_with_lerobot
 
-from mjtactile.errors import DatasetError
+from mjtactile.errors import DatasetError, PadError
 from mjtactile.lerobot.features import Feature, tactile_columns, tactile_features, vector
 from mjtactile.lerobot.statistics import column_statistics, joined
 from mjtactile.lerobot.writer import LeRobotWriter
@@ -267,3 +267,8 @@ def test_nothing_is_written_outside_the_writer_s_block(tmp_path: Path):
     with pytest.raises(DatasetError, match="not open"):
         writer.add_episode({"a": np.zeros(1)}, "push")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_features_of_what_is_no_pad_are_refused():
+    with pytest.raises(PadError, match=r"pad is of type str; expected a mjtactile\.Pad"):
+        tactile_features("left", "dome.toml")  # type: ignore[arg-type]

@@ -180,7 +180,7 @@ def test_models_without_pads_are_refused_but_sensors_of_one_s_own_will_do():
         assert list(viewer.stop_recording().frames[0].pads) == ["mine"]
 
 
-@pytest.mark.parametrize("rate", [0, -5.0, float("nan"), float("inf"), "30"])
+@pytest.mark.parametrize("rate", [0, -5.0, float("nan"), float("inf"), "30", None])
 def test_a_rate_is_a_positive_number(model: mujoco.MjModel, rate):
     with pytest.raises(ViewError, match="positive number of updates per second"):
         Viewer(model, mujoco.MjData(model), port=0, rate=rate)
