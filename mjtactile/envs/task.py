@@ -20,7 +20,7 @@ from mjtactile._types import Array, Mask
 from mjtactile.envs.options import TouchOptions, refuse_unknown, reset_options
 from mjtactile.envs.simulation import Rows, Simulations, SingleSimulation
 from mjtactile.envs.touch import PadObserver
-from mjtactile.errors import EnvError
+from mjtactile.errors import EnvError, shortened
 from mjtactile.units import real_numbers
 
 Observation = dict[str, npt.NDArray[np.float32]]
@@ -131,7 +131,7 @@ class Task(ABC):
         Args:
             rows: indices of the environments, shape (k,).
             drawn: k generators to draw from.
-            options: options of `reset`; used ones are removed.
+            options: options of `reset`; remove those that are used: any that are left are refused afterwards.
 
         Raises:
             EnvError: an option of `reset` is invalid.
@@ -177,6 +177,9 @@ class Task(ABC):
         self.steps[rows] = -1  # until all is done: a reset that is refused has begun nothing
         self._randomise(rows, drawn)
         self._draw(rows, drawn, asked)
+        if asked:
+            name = next(iter(asked))
+            raise EnvError(f"{type(self).__name__} knows no reset option {shortened(name)}. Leave it out.")
         # Separate streams: random numbers of later episodes must not depend on the number of observations in this one.
         noise = [np.random.default_rng(one.integers(2**63)) for one in drawn]
         self.simulation.reset(rows)

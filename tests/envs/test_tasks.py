@@ -192,3 +192,15 @@ def test_options_of_a_reset_are_checked():
     ):
         with pytest.raises(EnvError, match="expected only"):
             env.reset(seed=0, options=options)
+
+
+def test_an_option_that_a_task_leaves_over_is_refused():
+    class Forgetful(PressIdentify):
+        def _draw(self, rows, drawn, options):
+            super()._draw(rows, drawn, {})
+
+    env = TactileEnv(Forgetful, observation="none")
+    with pytest.raises(EnvError, match="Forgetful knows no reset option 'weight'"):
+        env.reset(seed=0, options={"weight": 1.0})
+    with pytest.raises(EnvError, match="the last reset was refused"):
+        env.step(np.zeros(env.action_space.shape or (), np.float32))
