@@ -39,6 +39,18 @@ def test_python_on_a_page_runs_from_top_to_bottom(name, default_influence):
         assert names["corrected"].max() > 1e3
 
 
+def test_the_environment_on_the_page_feels_what_it_rewards():
+    names = {}
+    exec(compile(blocks(ROOT / "docs" / "environments.md", "python")[-1], "environments.md", "exec"), names)
+    envs, np = names["envs"], names["np"]
+    for _ in range(30):
+        seen, rewards, *_ = envs.step(np.full((64, 1), 0.5, dtype=np.float32))
+    pressing = -seen["tactile"][:, 0, 2]
+    # The observed force has noise of 1 %, and the reward is by the true one.
+    assert np.abs(np.abs(pressing - 0.2) + rewards).max() < 0.05 * 0.5
+    assert 0.1 < pressing.min() < 0.2 < pressing.max() < 0.55
+
+
 def test_the_page_of_datasets_reads_one(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     pressed = ContactSpec(shapes=("circle",), force=(0.5, 0.6))
