@@ -39,6 +39,20 @@ def test_python_on_a_page_runs_from_top_to_bottom(name, default_influence):
         assert names["corrected"].max() > 1e3
 
 
+def test_the_servo_on_the_page_reaches_the_force_it_says(default_influence):
+    names = {}
+    exec(compile(blocks(ROOT / "docs" / "loop.md", "python")[-1], "loop.md", "exec"), names)
+    force, commanded = names["sensor"].wrench(names["data"])[:3], names["commanded"]
+    # The page says within 2 %.
+    assert abs(force - commanded).max() < 0.02 * abs(commanded).max()
+
+
+def test_the_recorder_on_the_page_writes_an_episode(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(blocks(ROOT / "docs" / "lerobot.md", "python")[-1], "lerobot.md", "exec"), {})
+    assert (tmp_path / "mine" / "meta" / "info.json").is_file()
+
+
 def test_the_environment_on_the_page_feels_what_it_rewards():
     names = {}
     exec(compile(blocks(ROOT / "docs" / "environments.md", "python")[-1], "environments.md", "exec"), names)
