@@ -143,13 +143,15 @@ class Fidelity:
     #: Storage of the stress matrices, one of `PRECISIONS`; or one for each sensing layer, and the last repeats.
     #: "float64" is for all layers or none.
     precision: str | tuple[str, ...] = "float32"
-    reduction: float = 0.0  #: relative error of a layer's readings accepted for speed [-], 0 for none; low_rank.py
-    #: How a reading is averaged, one of `AVERAGINGS`; or one for each sensing layer, and the last repeats.
-    #: taxel_mean.py
+    #: Relative error of a layer's readings that is accepted for speed [-], 0 for none: its matrices are then stored as
+    #: products of smaller ones.
+    reduction: float = 0.0
+    #: How a reading is averaged over a taxel's ball, one of `AVERAGINGS`; or one for each sensing layer, and the last
+    #: repeats.
     averaging: str | tuple[str, ...] = "points"
-    loads: str = "nodes"  #: "nodes", or "corners": nodal forces are moved to elements' corners first; vertex_loads.py
+    loads: str = "nodes"  #: "nodes", or "corners": nodal forces are moved to the corners of elements first
     law: str = "uniform"  #: contact law: "uniform", "foundation" or "elastic"
-    cells: int = 400  #: target number of contact cells of the elastic law
+    cells: int = 400  #: wanted number of contact cells; law "uniform" has none
 
     def __post_init__(self) -> None:
         """Refuse what does not exist."""

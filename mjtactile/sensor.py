@@ -46,7 +46,8 @@ class TactileSensor:
         influence: influence matrices of this pad, if they are loaded already.
         law: contact law, see `contact_load`; None for the one of the influence matrices' fidelity.
         tangential: how shear is distributed, see `contact_load`; None for "proportional".
-        friction: coefficient [-], see `contact_load`; None uses that of MuJoCo's contacts where "coulomb" needs one.
+        friction: coefficient [-] that bounds shear, see `contact_load`; None: no bound, except that "coulomb" takes
+            the friction of MuJoCo's contacts.
         tilt: "free" or "fixed", see `contact_load`; None for "free".
         facing_gap: parts of a body up to this height above its first contact point belong to the contact face [m]; None
             for `contact.footprint.FACING_GAP`.
@@ -56,7 +57,9 @@ class TactileSensor:
             no length, arguments contradict a sensor of the plugin, or two geoms are named. Methods raise it too, if
             `data` belongs to another model.
         PadError: `pad` is no pad.
-        ContactError: law, tangential or tilt is unknown, or they cannot be combined.
+        PresetError: there is no such fidelity.
+        MeshError: the fidelity's mesh does not suit the pad.
+        ContactError: law, tangential or tilt is unknown, they cannot be combined, or the friction is negative.
     """
 
     def __init__(
@@ -133,10 +136,10 @@ class TactileSensor:
         return self._reader.read(self.model, data).readings
 
     def load(self, data: mujoco.MjData) -> SurfaceLoad | None:
-        """Tractions on the pad as nodal forces [N]; None without contact.
+        """Tractions on the pad as nodal forces [N], pad frame; None without contact.
 
         The load's residual is the part of the contact wrench that the tractions do not carry. Its contact is the area
-        that bears, to a contact cell; flat faces are exact.
+        that bears pressure: exact for flat faces that press as a whole, otherwise to the size of a contact cell.
 
         Raises:
             SceneError: `data` belongs to another model.
@@ -150,7 +153,14 @@ class TactileSensor:
         return SurfaceLoad(found.forces, self.influence.surface, Rim(found.rim), left[:3], left[3:], state)
 
     def carried(self, data: mujoco.MjData) -> Array:
-        """The part of the contact wrench that the readings carry, force [N] and moment [N m], pad frame, (6,)."""
+        """The part of the contact wrench that the readings carry.
+
+        Returns:
+            Force [N] and moment about the pad's origin [N m], pad frame, (6,).
+
+        Raises:
+            SceneError: `data` belongs to another model.
+        """
         self._check(data)
         return self._reader.read(self.model, data).carried
 
@@ -162,7 +172,14 @@ class TactileSensor:
         return self._reader.health()
 
     def wrench(self, data: mujoco.MjData) -> Array:
-        """Total contact force [N] and moment about the pad's origin [N m] on the pad, pad frame, shape (6,)."""
+        """The contact wrench on the pad: that of all of MuJoCo's contacts, also those with its sides.
+
+        Returns:
+            Force [N] and moment about the pad's origin [N m], pad frame, (6,).
+
+        Raises:
+            SceneError: `data` belongs to another model.
+        """
         self._check(data)
         return contact_wrenches(self.model, data, self.geom).total
 

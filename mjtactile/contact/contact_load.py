@@ -71,7 +71,8 @@ def contact_load(
         one near it, and the residual is the rest.
 
     Raises:
-        ContactError: an unknown name, a force or moment that is not three finite numbers, or no contact was found.
+        ContactError: an unknown name, a friction or number of cells out of range, a force or moment that is not three
+            finite numbers, a footprint of another pad or mesh, or no contact was found.
         Exception: any exception of the footprint's gap function.
 
     Warns:

@@ -40,7 +40,8 @@ class WrenchBasis:
         cells: number of contact cells.
 
     Raises:
-        ContactError: an option is unknown or out of range, or options cannot be combined.
+        ContactError: an option is unknown or out of range, options cannot be combined, or the influence matrices or the
+            footprint are none.
     """
 
     def __init__(

@@ -54,8 +54,8 @@ def make_vec(
         makes the same again.
 
     Raises:
-        EnvError: there is no such environment or autoreset mode, `mujoco.batch` was requested but does not exist, or
-            `num_envs` is less than one.
+        EnvError: there is no such environment, option or autoreset mode, `mujoco.batch` was requested but does not
+            exist, `num_envs` is no whole number of at least one, or `threads` none of at least zero.
     """
     kind = task_of(task)
     if not (is_whole(num_envs) and num_envs >= 1):

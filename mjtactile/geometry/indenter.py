@@ -74,7 +74,7 @@ class Indenter:
         IndenterError: the mesh is not a valid solid, or its lowest point is not at z = 0.
     """
 
-    name: str
+    name: str  #: of its body in MuJoCo models
     solid: trimesh.Trimesh  #: watertight, lowest point at z = 0, body above [m]
     outline: Polygon | MultiPolygon | None = None  #: the flat face in the plane z = 0 [m]; None for a curved indenter
     primitive: Primitive | None = None  #: the MuJoCo geom that equals the solid; None for a mesh
@@ -108,6 +108,9 @@ class Indenter:
         Args:
             shift: position of the indenter's origin in the pad frame [m].
             rotate_deg: counter-clockwise rotation about the indenter's origin, before the shift [deg].
+
+        Raises:
+            IndenterError: the shift or rotation is not finite.
         """
         return _placed(self.outline if self.outline is not None else silhouette(self.solid), shift, rotate_deg)
 

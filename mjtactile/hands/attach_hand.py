@@ -42,8 +42,9 @@ def attach_hand(
 
     Raises:
         SceneError: there is no such hand or pad, two pads have one name, `prefix` or `only` is no text or names, the
-            model lacks a body or a geom that the hand's table needs, or it has one of these pads already. No pad is
-            attached then.
+            model lacks a body or a geom that the hand's table needs, it has one of these pads already, the fidelity or
+            the output does not exist, or `visual` is no bool. No pad is attached then.
+        NativeError: the plugin cannot be registered with this MuJoCo.
     """
     check_spec(spec)
     chosen = as_hand(name)

@@ -85,6 +85,9 @@ def load(
         also: optional shapes to recognise besides the standard ones; the package has "hexagon" and "cross", for all
             layers.
 
+    Returns:
+        The recogniser. Its result for readings is a ForceResult, GraspResult or ShapeResult with their batch axes.
+
     Raises:
         RecognitionError: there is no such recogniser or shape, its weights are for another pad or other layers, or
             shapes are given to a recogniser of forces.

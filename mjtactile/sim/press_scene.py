@@ -112,7 +112,8 @@ def press(
     Args:
         model: model of a press scene, from `press_scene` or scenes/press*.xml.
         data: its state, which is advanced in place.
-        force: force on the indenter in the pad frame [N], shape (3,); see `force_vector`.
+        force: force on the indenter in the pad frame [N], shape (3,), at most 2.5 N along each axis; see
+            `force_vector`. Wider ranges of the actuators, `model.actuator_ctrlrange`, allow more.
         tolerance: allowed difference of the contact force, relative to the force's magnitude [-].
         time_limit: simulated time after which the press has failed [s].
 

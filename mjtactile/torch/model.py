@@ -64,8 +64,9 @@ class PadModel(nn.Module):
         layers: sensing layers that are read.
 
     Raises:
-        InfluenceError: a layer does not exist, or a file holds no influence matrices.
+        InfluenceError: a layer does not exist, `dtype` is another type, or a file holds no influence matrices.
         PresetError: the fidelity does not exist, or is given together with matrices.
+        PadError: `pad` is none of these.
         SceneError: no pad or file has that name.
     """
 
