@@ -30,6 +30,17 @@ def test_the_api_page_lists_every_public_name_once():
     assert sorted(re.findall(r"^::: mjtactile\.(\w+)$", API, flags=re.MULTILINE)) == sorted(mjtactile.__all__)
 
 
+@pytest.mark.parametrize("package", mjtactile._PACKAGES)
+def test_the_api_page_lists_every_public_name_of_a_package_once(package):
+    """An error may stand there as a name of mjtactile."""
+    public = set(getattr(mjtactile, package).__all__) - set(mjtactile.__all__)
+    listed = re.findall(rf"^::: mjtactile\.{package}\.(\w+)$", API, flags=re.MULTILINE)
+    if package == "recognition":
+        (members,) = re.findall(r"^      members: \[(.+)\]$", API, flags=re.MULTILINE)
+        listed += members.split(", ")
+    assert sorted(listed) == sorted(public)
+
+
 def test_the_site_has_one_address():
     """What errors name, what the package says of itself, and what the built pages call their own."""
     with (ROOT / "pyproject.toml").open("rb") as file:

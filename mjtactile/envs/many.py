@@ -89,7 +89,9 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         threads: simulation threads, including the calling one; 0 for the number of processors.
         autoreset_mode: when a finished environment is reset: a mode of gymnasium, or its name.
         copy: whether returned observations are copies; if not, the next step may overwrite them.
-        render_mode, width, height: see `TactileEnv`.
+        render_mode: see `TactileEnv`.
+        width: of images [pixels].
+        height: of images [pixels].
         options: options of the task.
 
     Attributes:

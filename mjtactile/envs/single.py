@@ -47,7 +47,8 @@ class TactileEnv(EzPickle, gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     Args:
         task: id of the environment, such as "mjtactile/GraspLift-v0", or a `Task` subclass.
         render_mode: "rgb_array", "human" (with a display), or None.
-        width, height: size of images [pixels].
+        width: of images [pixels].
+        height: of images [pixels].
         options: options of the task, see `TouchOptions` and the task.
 
     Attributes:

@@ -38,7 +38,8 @@ class Channel:
     Attributes:
         name: name of the component.
         unit: unit of its value, "-" for none.
-        low, high: range of its value; values outside are clipped.
+        low: least value; smaller ones are clipped.
+        high: largest value; larger ones are clipped.
         meaning: description of the component; for an action, the meaning of -1 to 1.
     """
 
@@ -69,7 +70,8 @@ class Task(ABC):
         simulation: the simulations of all environments.
         touch: observer of the environments' pads.
         steps: number of steps since the episode began, shape (n,); -1 before the first reset, and after a refused one.
-        action_space, observation_space: spaces of one environment.
+        action_space: space of the actions of one environment.
+        observation_space: space of the observations of one environment.
 
     Raises:
         EnvError: an option is invalid.
