@@ -101,6 +101,11 @@ def pad_from_values(values: dict[str, Any], folder: Path) -> Pad:
         taxels = ({"radii": None} if "points" in taxels else asdict(TaxelGrid())) | taxels
     whole["taxels"] = taxels
     if isinstance(surface, dict) and surface.get("kind") == "mesh":
+        if "file" not in surface:
+            raise PadError(
+                'a mesh as surface lacks "file"; expected such as file = "tip.stl" and, if wanted, scale, frame and '
+                "smoothing."
+            )
         given = _checked("a mesh as surface", {"scale": 1.0, "frame": None, "smoothing": None} | surface, _MESH)
         stack = _arguments(whole)
         del stack["surface"]

@@ -450,8 +450,8 @@ def surface_from(description: Any) -> Surface:
     kind = description.get("kind") if isinstance(description, dict) else None
     if not (isinstance(kind, str) and kind in _KINDS):
         raise PadError(
-            f'"surface" = {shortened(description)}; expected an object whose "kind" is one of {", ".join(_KINDS)}, for '
-            'example {"kind": "sphere", "radius": 12e-3}.'
+            f'"surface" = {shortened(description)}; expected an object whose "kind" is one of {", ".join(_KINDS)} '
+            '(in a TOML file also mesh), for example {"kind": "sphere", "radius": 12e-3}.'
         )
     values = {name: value for name, value in description.items() if name != "kind"}
     of_kind = _KINDS[kind]

@@ -102,7 +102,10 @@ def test_a_surface_may_be_a_mesh_beside_it(tmp_path):
         ('surface = {kind = "cone"}', "one of flat, sphere, cylinder, ellipsoid, patch"),
         ('surface = {kind = "sphere"}', 'needs radius|"sphere" does not have just'),
         ('surface = {kind = "sphere", radius = 6e-3}', "at x = "),
-        ('surface = {kind = "mesh"}', 'a mesh as surface lacks "file"'),
+        (
+            'surface = {kind = "mesh"}',
+            'a mesh as surface lacks "file"; expected such as file = "tip.stl" and, if wanted',
+        ),
         ('taxels = "nowhere.csv"', "cannot be read"),
         ("layers = [{thickness = 1e-3}]", 'a layer lacks "poisson"'),
     ],
