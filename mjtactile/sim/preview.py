@@ -13,11 +13,12 @@ import numpy.typing as npt
 
 from mjtactile._files import check_figure, save_figure
 from mjtactile._installed import require
-from mjtactile.errors import SceneError, of_type
+from mjtactile.errors import SceneError, of_type, shortened
 from mjtactile.sim.mujoco_library import check_data, element_id, is_pad_sensor, pad_sensor_names
 from mjtactile.sim.pad_geom import pad_pieces
 from mjtactile.sim.render import render_scene
 from mjtactile.sim.wrench import PadFrame, geom_frame
+from mjtactile.units import is_whole
 
 _PAD_COLOUR = (1.0, 0.6, 0.1, 1.0)
 #: Colours of the arrows along the pad's x, y and z axes.
@@ -28,6 +29,8 @@ _DISTANCES = (3.5, 18.0)
 _LEAN = 0.8
 _AMBIENT = 0.5  # intensity of ambient light [-]
 _SIDE = 480  # of each picture [pixels]
+#: Groups of geoms that MuJoCo draws unless it is told otherwise.
+_DRAWN = (0, 1, 2)
 _BOX, _MESH = int(mujoco.mjtGeom.mjGEOM_BOX), int(mujoco.mjtGeom.mjGEOM_MESH)
 
 
@@ -57,12 +60,14 @@ def preview_pad(
         RGB, shape (height, width, 3), top row first.
 
     Raises:
-        SceneError: the model has no such pad, or `data` belongs to another model.
+        SceneError: the model has no such pad, `data` belongs to another model, or a group is not drawn.
         RenderError: OpenGL does not work.
         OutputError: the file cannot be written.
     """
     of_type(mujoco.MjModel, "model", model, SceneError, "MjSpec.compile() makes one")
     geom = _pad_geom(model, pad)
+    if np.ndim(groups) != 1 or not all(is_whole(one) and one in _DRAWN for one in groups):
+        raise SceneError(f"groups = {shortened(groups)}; expected groups of geoms among {_DRAWN}, which MuJoCo draws.")
     if path is not None:
         check_figure(Path(path))
     if data is None:

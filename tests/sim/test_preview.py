@@ -119,6 +119,12 @@ def test_wrong_names_are_refused_before_anything_is_drawn(tmp_path):
         mjtactile.preview_pad(model, "ff", tmp_path / "nowhere" / "pad.png")
 
 
+@pytest.mark.parametrize("groups", [(3,), (1, 7), 1, "12", ("1",), (1.5,)])
+def test_groups_that_are_not_drawn_are_refused(groups):
+    with pytest.raises(SceneError, match=r"expected groups of geoms among \(0, 1, 2\)"):
+        mjtactile.preview_pad(mjtactile.press_scene("star"), "pad", groups=groups)
+
+
 def test_the_command_draws_the_first_pad_of_a_file(tmp_path):
     spec = finger(TURNED)
     spec.compile()
