@@ -59,6 +59,8 @@ def press_spec(
 ) -> mujoco.MjSpec:
     """A press scene as an editable `MjSpec`; arguments and errors as in `press_scene`."""
     indenter = _as_indenter(shape)
+    if not isinstance(tilt_free, bool | np.bool_):
+        raise SceneError(f"tilt_free is of type {type(tilt_free).__name__}; expected True or False.")
     pad = Pad() if pad is None else require_pad(pad)
     feet = _feet(indenter, pad, shift, rotate_deg)
     height = 0.0 if pad.surface.is_flat else _touching_height(indenter, pad, shift, rotate_deg)
@@ -91,8 +93,8 @@ def press_scene(
     Raises:
         IndenterError: unknown shape, or a mesh that is not a valid solid.
         PadError: `pad` is no pad.
-        SceneError: the indenter is off the pad; or the pad is curved, and the indenter's face has a hole though it is
-            not the prism over that face.
+        SceneError: the indenter is off the pad; `tilt_free` is no bool; or the pad is curved, and the indenter's face
+            has a hole though it is not the prism over that face.
     """
     return press_spec(shape, shift=shift, rotate_deg=rotate_deg, pad=pad, tilt_free=tilt_free).compile()
 
