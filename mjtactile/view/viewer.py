@@ -36,7 +36,8 @@ class Viewer:
         pads: sensors to show by name; by default every sensor of the plugin in the model.
         host: address to listen on.
         port: first port to try; 0 for any free port.
-        anyone: whether other machines may connect; see `check_host`.
+        anyone: whether other machines may open the page and control the simulation; without it, only an address of this
+            machine alone is taken as `host`.
         rate: updates of the page per second of real time, and frames of recordings per second of simulated time [Hz].
 
     Attributes:
