@@ -47,7 +47,7 @@ def area_on_sheet(outline: BaseGeometry, sheet: Bounds) -> Polygon | MultiPolygo
     """
     if not isinstance(outline, Polygon | MultiPolygon):
         raise FootprintError(
-            f"the outline is a {type(outline).__name__}; expected a shapely Polygon or MultiPolygon in metres."
+            f"the outline is of type {type(outline).__name__}; expected a shapely Polygon or MultiPolygon in metres."
         )
     if not outline.is_valid:  # as an area with NaN or infinite coordinates is not, either
         if not np.isfinite(shapely.get_coordinates(outline)).all():

@@ -323,7 +323,7 @@ class PadModel(nn.Module):
     def _check(self, given: Any, shape: tuple[int, ...], name: str, axes: str) -> None:
         if not isinstance(given, Tensor):
             raise InfluenceError(
-                f"{name} are a {type(given).__name__}; expected a tensor. nodal_forces(load) makes one of a load."
+                f"{name} are of type {type(given).__name__}; expected a tensor. nodal_forces(load) makes one of a load."
             )
         if given.shape[-3:] != shape:
             raise InfluenceError(f"{name} have shape {tuple(given.shape)}; expected (..., {axes}) = (..., {shape}).")

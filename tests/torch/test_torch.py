@@ -305,7 +305,7 @@ def test_a_gpu_reads_as_numpy_does(layered):
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        (lambda shape: np.zeros(shape, np.float32), r"forces are a ndarray; expected a tensor.*nodal_forces"),
+        (lambda shape: np.zeros(shape, np.float32), r"forces are of type ndarray; expected a tensor.*nodal_forces"),
         (lambda shape: torch.zeros(shape)[1:], r"forces have shape .*expected \(\.\.\., nodes y, nodes x, 3\)"),
         (lambda shape: torch.zeros(shape[:-1]), r"forces have shape .*expected \(\.\.\., nodes y, nodes x, 3\)"),
         (
