@@ -125,6 +125,11 @@ class DatasetSpec:
         limits |= dict.fromkeys(("poses", "forces"), (1, MOST_PER_OUTLINE))
         for name, (least, most) in limits.items():
             object.__setattr__(self, name, _count(name, getattr(self, name), least, most))
+        if self.presses_per_outline > MOST_PER_OUTLINE:
+            raise DatasetError(
+                f"poses = {self.poses} times forces = {self.forces} presses share one outline; expected at most "
+                f"{MOST_PER_OUTLINE}."
+            )
         object.__setattr__(self, "free", _share("free", self.free))
         object.__setattr__(self, "noise", _range("noise", self.noise, _NOISE_LIMITS))
         _check_laws(self.laws, self.tangential)
@@ -205,7 +210,7 @@ def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
     backend, *others = _names(values, "backend", "physics", BACKENDS)
     if others:
         raise DatasetError(f"backend = {[backend, *others]}; expected one of {', '.join(BACKENDS)}.")
-    spec = DatasetSpec(
+    return DatasetSpec(
         contacts=tuple(_contact(entry) for entry in contacts),
         backend=backend,
         presets=_names(values, "fidelity", DEFAULT, tuple(PRESETS)),
@@ -217,12 +222,6 @@ def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
         pad=pad_from(values.get("pad", {}), folder),
         **{name: values[name] for name in ("presses", "seed", "poses", "forces") if name in values},
     )
-    if spec.presses_per_outline > MOST_PER_OUTLINE:
-        raise DatasetError(
-            f"poses = {spec.poses} times forces = {spec.forces} presses share one outline; expected at most "
-            f"{MOST_PER_OUTLINE}."
-        )
-    return spec
 
 
 def spec_from(description: dict[str, Any]) -> DatasetSpec:

@@ -106,6 +106,7 @@ def test_counts_made_in_python_are_checked_as_those_of_files_are(counts):
         ({"tangential": ("coulomb",)}, "tangential 'coulomb' does not exist. Available: proportional, stick"),
         ({"contacts": ()}, r"contacts = \(\); expected at least one ContactSpec"),
         ({"contacts": ("star",)}, "expected at least one ContactSpec"),
+        ({"poses": 200, "forces": 60}, "poses = 200 times forces = 60 presses share one outline"),
         ({"pad": "dome.toml"}, "pad is of type str; expected a mjtactile.Pad"),
     ],
 )
