@@ -226,7 +226,11 @@ def test_the_scene_can_be_edited_before_it_is_compiled():
             SceneError,
             "% off. Friction 1 holds forces tilted by up to 45 degrees",
         ),
-        (lambda: press_scene("star", tilt_free="no"), SceneError, "tilt_free is of type str; expected True or False"),
+        (
+            lambda: press_scene("star", tilt_free="no"),  # type: ignore[arg-type]
+            SceneError,
+            "tilt_free is of type str; expected True or False",
+        ),
         (lambda: press_without_actuators(), SceneError, r"actuator 'press_x' does not exist.*Available: \[\]"),
         (lambda: asset_path("scenes/none.xml"), SceneError, r"Available: \['models/xml/box.xml'"),
     ],
