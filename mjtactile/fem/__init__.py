@@ -1,1 +1,1 @@
-"""Finite elements of a layered sheet: mesh, stiffness, symmetry, elimination, stress at points, taxel quadrature."""
+"""Finite elements of a layered pad: mesh, elements, symmetry, dissection, stress at points, taxel quadrature."""

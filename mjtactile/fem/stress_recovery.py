@@ -19,16 +19,8 @@ GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
 #: Number of Gauss points from which a value is interpolated, by a cubic.
 _WINDOW = 4
 
-#: Names of the rows of `point_rows`.
-VALUE, SLOPE = "value", "slope"
 
-
-def moment_row(order: int, *, of_slope: bool) -> str:
-    """Name of the row that gives one Legendre mode of the element-wise linear projection, see `point_rows`."""
-    return f"{'slope' if of_slope else 'value'} moment {order}"
-
-
-def point_rows(line: Line, positions: Array, jumps: tuple[int, ...] = ()) -> dict[str, Array]:
+def point_rows(line: Line, positions: Array, jumps: tuple[int, ...] = ()) -> tuple[Array, Array]:
     """Rows that turn nodal values along a line into point values.
 
     Args:
@@ -37,9 +29,7 @@ def point_rows(line: Line, positions: Array, jumps: tuple[int, ...] = ()) -> dic
         jumps: interior vertices, by index, across which nothing is interpolated.
 
     Returns:
-        arrays of shape (points, nodes): "value" of the field; "slope", its recovered derivative; and, for orders 0
-        and 1, the recovered Legendre mode of that order of the field ("value moment") and of its derivative
-        ("slope moment"), as the condensed pressure uses them.
+        Rows of the field's values [-] and of its recovered slopes [1/m], each of shape (points, nodes).
     """
     element, local = line.locate(positions)
     values = _scatter(line, element, quadratic_shapes(local)[0])
@@ -48,12 +38,7 @@ def point_rows(line: Line, positions: Array, jumps: tuple[int, ...] = ()) -> dic
     owner = np.repeat(np.arange(line.element_count), 2)
     gauss = np.tile(GAUSS, line.element_count)
     slopes = _scatter(line, owner, quadratic_shapes(gauss)[1] * (2 / line.sizes[owner])[:, None])
-    rows = {VALUE: values, SLOPE: interpolation @ slopes}
-    for order in (0, 1):
-        mode = (gauss**order * (2 * order + 1) / line.sizes[owner])[:, None]
-        for of_slope, moments in zip((False, True), line.legendre_moments(order), strict=True):
-            rows[moment_row(order, of_slope=of_slope)] = interpolation @ (mode * moments.toarray()[owner])
-    return rows
+    return values, interpolation @ slopes
 
 
 def _scatter(line: Line, element: np.ndarray, local_rows: Array) -> Array:
@@ -85,13 +70,3 @@ def gauss_weights(line: Line, positions: Array, jumps: tuple[int, ...] = ()) -> 
         factors = np.where(np.eye(count, dtype=bool), 1.0, (position - nodes) / differences)
         weights[point, start : start + count] = factors.prod(axis=1)
     return weights
-
-
-def fold_rows(rows: Array, sign: int) -> Array:
-    """Rows over a whole symmetric line as rows over its half from 0 on, for fields that are even (+1) or odd (-1)."""
-    middle = rows.shape[1] // 2
-    half = rows[:, middle:].copy()
-    half[:, 1:] += sign * rows[:, middle - 1 :: -1]
-    if sign < 0:
-        half[:, 0] = 0.0
-    return half

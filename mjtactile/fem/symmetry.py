@@ -14,7 +14,23 @@ from functools import cached_property
 import numpy as np
 
 from mjtactile._types import Array, Mask
-from mjtactile.fem.stiffness import Parity
+from mjtactile.fem.mesh import SheetMesh
+
+
+@dataclass(frozen=True)
+class Parity:
+    """Symmetry class of a deformation under the sheet's two mirrors.
+
+    +1: the deformation is symmetric (equal to its mirror image); -1: antisymmetric; 0: the body has no such mirror. The
+    mirror x -> -x changes the sign of u_x, so in the class x = +1 u_x is odd in x, while u_y and u_z are even.
+    """
+
+    x: int
+    y: int
+
+    def component_signs(self, component: int) -> tuple[int, int]:
+        """Parities of displacement component 0, 1 or 2 (x, y, z) in x and in y: +1 even, -1 odd."""
+        return (-self.x if component == 0 else self.x, -self.y if component == 1 else self.y)
 
 
 @dataclass(frozen=True)
@@ -26,7 +42,7 @@ class MirrorPlanes:
 
     @cached_property
     def classes(self) -> tuple[Parity, ...]:
-        """Symmetry classes of the body's deformations; PARITIES for both mirrors."""
+        """Symmetry classes of the body's deformations: four for both mirrors."""
         signs = ((1, -1) if mirrored else (0,) for mirrored in (self.x, self.y))
         return tuple(Parity(x, y) for x, y in itertools.product(*signs))
 
@@ -50,6 +66,24 @@ BOTH = MirrorPlanes()
 QUADRANTS = BOTH.images
 #: Sign of each class in each quadrant, shape (quadrants, classes).
 QUADRANT_SIGNS = BOTH.signs
+
+
+def free_in_plane(mesh: SheetMesh, parity: Parity | None) -> Mask:
+    """Mask over a plane's degrees of freedom: False where a mirror plane holds a component at zero.
+
+    Args:
+        mesh: of the sheet, or of its quarter.
+        parity: the quarter model's symmetry class, or None for a mesh of the whole sheet.
+    """
+    free = np.ones((3, mesh.y.node_count, mesh.x.node_count), dtype=bool)
+    if parity is not None:
+        for component in range(3):
+            sign_x, sign_y = parity.component_signs(component)
+            if sign_x < 0:
+                free[component, :, 0] = False
+            if sign_y < 0:
+                free[component, 0, :] = False
+    return free.ravel()
 
 
 def fold_forces(forces: Array, parity: Parity) -> Array:

@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Tables
-from mjtactile.fem.stiffness import Parity
-from mjtactile.fem.symmetry import MirrorPlanes
+from mjtactile.fem.symmetry import MirrorPlanes, Parity
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import ODD, InfluenceMatrices
 from mjtactile.influence.stress_matrix import stored_matrix

@@ -13,8 +13,8 @@ from shapely.geometry.base import BaseGeometry
 
 from mjtactile._types import Array
 from mjtactile.errors import ContactError, of_type
-from mjtactile.fem.curved.tractions import Traction, integrated_traction
 from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.fem.tractions import Traction, integrated_traction
 from mjtactile.geometry.planar import area_on_sheet, areal
 from mjtactile.influence.layout import PadTables
 

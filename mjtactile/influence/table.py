@@ -26,7 +26,7 @@ from mjtactile._files import (
 )
 from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError
-from mjtactile.fem.stiffness import Parity
+from mjtactile.fem.symmetry import Parity
 
 #: Incremented whenever the meaning of a stored array changes; older files are then rebuilt.
 FORMAT_VERSION = 3

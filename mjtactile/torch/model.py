@@ -15,7 +15,7 @@ from torch import Tensor, nn
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.uniform import uniform_basis
 from mjtactile.errors import InfluenceError, StaleInfluenceError, of_type, shortened
-from mjtactile.fem.curved.tractions import cell_integrals
+from mjtactile.fem.tractions import cell_integrals
 from mjtactile.fidelity import Fidelity, mesh_name
 from mjtactile.influence.forces import nodal_batch
 from mjtactile.influence.matrices import InfluenceMatrices

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from mjtactile.fem.stiffness import Parity
+from mjtactile.fem.symmetry import Parity
 from mjtactile.fem.vertex_loads import corner_weights
 from mjtactile.influence.matrices import ODD, InfluenceMatrices
 from mjtactile.influence.stress_matrix import read_matrix

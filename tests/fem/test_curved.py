@@ -10,18 +10,13 @@ from shapely import Point, box
 from small_pads import COARSE, LAYERED_PAD, in_double_precision
 
 from mjtactile.errors import ContactError, FootprintError
-from mjtactile.fem.curved.dissection import DissectedPad
-from mjtactile.fem.curved.elements import SweptElements
-from mjtactile.fem.curved.solution import SweptPad
-from mjtactile.fem.curved.stress_rows import StressRows
-from mjtactile.fem.curved.tractions import integrated_traction
+from mjtactile.fem.elements import SweptElements
 from mjtactile.fem.mesh import sheet_mesh
-from mjtactile.fem.stiffness import Parity, free_in_plane
-from mjtactile.fem.stress import StressSampler
+from mjtactile.fem.stress_rows import StressRows
 from mjtactile.fem.taxel_quadrature import layer_sampling
+from mjtactile.fem.tractions import integrated_traction
 from mjtactile.fidelity import MeshDensity
-from mjtactile.influence import build
-from mjtactile.influence.build import _sample_points, _Storage, _swept_tables, build_steps, build_tables
+from mjtactile.influence.build import build_steps, build_tables
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Layer, Pad, TaxelGrid
@@ -64,30 +59,6 @@ def dome() -> InfluenceMatrices:
     return in_double_precision(DOME, COARSE)
 
 
-def test_a_flat_pad_has_the_tables_it_had():
-    # Both solve the same equations; they differ in the order of sums only.
-    plain, swept = {}, {}
-    for tables in build_tables(LAYERED_PAD, COARSE, np.float64):
-        plain |= tables
-    storage = _Storage(np.dtype(float), rows=lambda *given: given[-1], columns=lambda _, matrix: matrix)
-    points = _sample_points(LAYERED_PAD, COARSE)
-    for tables in _swept_tables(sheet_mesh(LAYERED_PAD, COARSE), points, storage, lambda: None):
-        swept |= tables
-    assert plain.keys() == swept.keys()
-    for name, table in plain.items():
-        np.testing.assert_allclose(swept[name], table, rtol=0, atol=1e-9 * np.abs(table).max(), err_msg=name)
-
-
-def test_wide_flat_pads_are_solved_by_dissection(monkeypatch):
-    """Elimination of plane after plane takes too long there."""
-    monkeypatch.setattr(build, "_DISSECTED_FROM", 23)  # of 24 elements
-    monkeypatch.setattr(build, "EliminatedSheet", None)
-    steps = []
-    found = list(build_tables(LAYERED_PAD, COARSE, on_step=lambda: steps.append(1)))
-    assert len(found) == 4
-    assert len(steps) == build_steps(LAYERED_PAD, COARSE)
-
-
 @pytest.mark.parametrize("known", [(True, True), (False, False)])
 def test_progress_ends_where_it_was_said_to(known):
     pad, steps = replace(DOME, surface=Lopsided((11e-3, 8e-3, 9e-3), known)), []
@@ -119,31 +90,6 @@ def test_a_mirrored_load_gives_mirrored_readings():
     np.testing.assert_allclose(influence.readings(mirrored), expected, rtol=1e-9)
 
 
-def test_the_base_carries_what_is_pressed():
-    """Forces and moments of the clamped base on the pad are those of the load, with the other sign."""
-    mesh = sheet_mesh(DOME, COARSE)
-    load = integrated_traction(mesh.surface, box(-1e-3, -2e-3, 3e-3, 1e-3), lambda p, n: pressure(p, n) + PUSH)
-    elements = SweptElements(mesh)
-    free = free_in_plane(mesh, None)
-    equations = DissectedPad(elements, free)
-    forces = np.zeros((equations.count, 1))
-    forces[equations.surface, 0] = load.forces.transpose(2, 0, 1).ravel()
-    solved = equations.solve(forces)[:, 0]
-    moved = np.zeros((*elements.nodes.shape[:3], 3))
-    moved[1:] = solved[equations.number].transpose(2, 0, 1, 3)
-    reaction = np.zeros((mesh.y.node_count, mesh.x.node_count, 3))
-    for row in range(mesh.y.element_count):
-        for column, of_column in enumerate(elements.stiffness_of_row(row)):
-            part = np.s_[2 * row : 2 * row + 3, 2 * column : 2 * column + 3]
-            of_element = of_column[0] @ moved[0:3][:, part[0], part[1]].ravel()
-            reaction[part] += of_element.reshape(3, 3, 3, 3)[0]
-    for arm_up, arm_down in ((None, None), (elements.nodes[-1], elements.nodes[0])):
-        up = load.forces if arm_up is None else np.cross(arm_up, load.forces)
-        down = reaction if arm_down is None else np.cross(arm_down, reaction)
-        total = down.sum(axis=(0, 1))
-        np.testing.assert_allclose(total, -up.sum(axis=(0, 1)), rtol=0, atol=1e-10 * np.abs(total).max())
-
-
 def test_a_state_of_one_strain_is_found_everywhere():
     """Displacements that are linear in the place are in the elements, and read as their strain anywhere."""
     mesh = sheet_mesh(DOME, COARSE)
@@ -165,27 +111,6 @@ def test_a_state_of_one_strain_is_found_everywhere():
         # Slopes are recovered by cubics along the curved lines, whose fourth-order error on three elements this is.
         away = np.abs(inside - expected) / np.abs(expected).max()
         assert away.max() < ONE_STRAIN, f"layer {number}: {away.max():.1e}"
-
-
-def test_recovered_rows_are_the_flat_ones():
-    # The flat sampler is written plane by plane, this one as sparse rows.
-    mesh = sheet_mesh(LAYERED_PAD, COARSE)
-    points = np.concatenate([layer_sampling(LAYERED_PAD, k, 2).positions for k in range(3)])
-    drawn = np.random.default_rng(1)
-    quarter = mesh.quarter()
-    parity = Parity(1, -1)
-    free = free_in_plane(quarter, parity)
-    equations = DissectedPad(SweptElements(quarter), free)
-    field = drawn.standard_normal(equations.count)
-    sampler = StressSampler(mesh, parity, points, 1)
-    for plane in range(1, mesh.z.node_count):
-        numbers = equations.number[:, :, plane - 1].transpose(2, 0, 1).ravel()
-        sampler.add(plane, free, field[numbers[numbers >= 0]][:, None])
-    deviatoric, mean = sampler.result()
-    combine, recover = SweptPad(mesh, points)._rows.rows(parity, equations.number)
-    found = (combine @ (recover @ field)).reshape(-1, 6)
-    np.testing.assert_allclose(found[:, :5], deviatoric[..., 0], rtol=1e-8, atol=1e-9 * np.abs(deviatoric).max())
-    np.testing.assert_allclose(found[:, 5], mean[:, 0], rtol=1e-8, atol=1e-9 * np.abs(mean).max())
 
 
 @pytest.mark.parametrize("curved", [SphereCap, CylinderSector])

@@ -7,7 +7,7 @@ import pytest
 from numpy.polynomial import Polynomial
 
 from mjtactile.fem.line import Line
-from mjtactile.fem.stress_recovery import SLOPE, VALUE, fold_rows, gauss_weights, moment_row, point_rows
+from mjtactile.fem.stress_recovery import gauss_weights, point_rows
 
 LINE = Line(np.array([-2.0, -1.4, -0.6, 0.0, 0.6, 1.4, 2.0]))
 POSITIONS = np.array([-2.0, -1.93, -1.4, -0.71, 0.0, 0.05, 0.8, 1.4, 1.99, 2.0])
@@ -15,7 +15,7 @@ QUADRATIC = Polynomial([0.2, -1.0, 0.6])
 
 
 def test_values_of_quadratics_are_exact():
-    rows = point_rows(LINE, POSITIONS)[VALUE]
+    rows = point_rows(LINE, POSITIONS)[0]
     np.testing.assert_allclose(rows @ QUADRATIC(LINE.nodes), QUADRATIC(POSITIONS), atol=1e-14)
 
 
@@ -23,14 +23,14 @@ def test_values_of_quadratics_are_exact():
 def test_slopes_of_polynomials_up_to_cubics_are_exact(degree):
     """Elements are quadratic, yet at Gauss points they hold a cubic's slope."""
     function = Polynomial([0.2, -1.0, 0.6, 0.4][: degree + 1])
-    rows = point_rows(LINE, POSITIONS)[SLOPE]
+    rows = point_rows(LINE, POSITIONS)[1]
     np.testing.assert_allclose(rows @ function(LINE.nodes), function.deriv()(POSITIONS), atol=1e-13)
 
 
 def test_slopes_of_quartics_are_not_exact():
     """So the test above says something about cubics."""
     function = Polynomial([0, 0, 0, 0, 1.0])
-    rows = point_rows(LINE, POSITIONS)[SLOPE]
+    rows = point_rows(LINE, POSITIONS)[1]
     assert np.abs(rows @ function(LINE.nodes) - function.deriv()(POSITIONS)).max() > 1e-3
 
 
@@ -42,20 +42,6 @@ def test_interpolation_between_gauss_points_is_cubic():
     np.testing.assert_allclose(weights @ cubic(gauss), cubic(POSITIONS), atol=1e-13)
 
 
-@pytest.mark.parametrize("of_slope", [False, True], ids=["value", "slope"])
-def test_projection_modes_of_linear_functions_are_exact(of_slope):
-    """A linear function is its own projection: both modes together give it back, mode 1 alone has no constant."""
-    linear = Polynomial([0.7, -1.3])
-    nodal = (linear.integ() if of_slope else linear)(LINE.nodes)
-    rows = point_rows(LINE, POSITIONS)
-    element, local = LINE.locate(POSITIONS)
-    constant = rows[moment_row(0, of_slope=of_slope)] @ nodal
-    gauss_linear = rows[moment_row(1, of_slope=of_slope)] @ nodal
-    np.testing.assert_allclose(constant + gauss_linear, linear(POSITIONS), atol=1e-13)
-    assert np.abs(gauss_linear).max() > 0.1
-    assert len(element) == len(local) == len(constant)
-
-
 def kinked(positions: np.ndarray) -> np.ndarray:
     """Continuous, with slopes 1 and 5 on either side of 0."""
     return np.where(positions < 0, positions, 5 * positions)
@@ -64,16 +50,16 @@ def kinked(positions: np.ndarray) -> np.ndarray:
 def test_nothing_is_interpolated_across_a_jump():
     inside = np.array([-2.0, -0.6, -0.01, 0.01, 0.6, 2.0])
     expected = np.where(inside < 0, 1.0, 5.0)
-    with_jump = point_rows(LINE, inside, (3,))[SLOPE] @ kinked(LINE.nodes)
+    with_jump = point_rows(LINE, inside, (3,))[1] @ kinked(LINE.nodes)
     np.testing.assert_allclose(with_jump, expected, atol=1e-13)
-    without = point_rows(LINE, inside)[SLOPE] @ kinked(LINE.nodes)
+    without = point_rows(LINE, inside)[1] @ kinked(LINE.nodes)
     assert np.abs(without - expected).max() > 0.5
 
 
 @pytest.mark.parametrize("jumps", [(1, 2), (1, 2, 3, 4, 5)])
 def test_thin_parts_between_jumps_use_their_own_points_only(jumps):
     positions = np.array([-1.9, -1.0, -0.3, 1.9])
-    rows = point_rows(LINE, positions, jumps)[SLOPE]
+    rows = point_rows(LINE, positions, jumps)[1]
     ends = [0, *jumps, LINE.element_count]
     for row, element in zip(rows, LINE.locate(positions)[0], strict=True):
         part = np.searchsorted(ends, element, side="right") - 1
@@ -81,17 +67,3 @@ def test_thin_parts_between_jumps_use_their_own_points_only(jumps):
         assert used.min() >= 2 * ends[part]
         assert used.max() <= 2 * ends[part + 1]
     np.testing.assert_allclose(rows @ QUADRATIC(LINE.nodes), QUADRATIC.deriv()(positions), atol=1e-13)
-
-
-@pytest.mark.parametrize("sign", [1, -1], ids=["even", "odd"])
-def test_folded_rows_act_on_half_a_field(sign):
-    rows = point_rows(LINE, POSITIONS)[SLOPE]
-    half = np.random.default_rng(0).standard_normal(LINE.node_count // 2 + 1)
-    if sign < 0:
-        half[0] = 0.0
-    whole = np.concatenate([sign * half[:0:-1], half])
-    np.testing.assert_allclose(fold_rows(rows, sign) @ half, rows @ whole, atol=1e-13)
-
-
-def test_odd_fields_have_nothing_on_the_mirror():
-    assert not fold_rows(point_rows(LINE, POSITIONS)[VALUE], -1)[:, 0].any()

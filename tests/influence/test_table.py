@@ -21,7 +21,7 @@ from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import CorruptInfluenceError, InfluenceError, OutputError, StaleInfluenceError
 from mjtactile.fem.mesh import mesh_description, sheet_mesh
-from mjtactile.fem.stiffness import Parity
+from mjtactile.fem.symmetry import Parity
 from mjtactile.fidelity import MESHES, Fidelity, MeshDensity, fidelity_summary
 from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.influence.cache import build_influence

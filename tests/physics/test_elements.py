@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import scipy.sparse
 import scipy.sparse.linalg
 from closed_forms import confined_modulus
+from skfem import Basis, BilinearForm, ElementHex2, ElementVector, Functional, LinearForm, MeshHex, MeshHex2
+from skfem.helpers import ddot, div, sym_grad
 
 from mjtactile._types import Array
-from mjtactile.fem.block_elimination import EliminatedSheet
+from mjtactile.fem.dissection import DissectedPad
+from mjtactile.fem.elements import SweptElements
 from mjtactile.fem.line import Line
 from mjtactile.fem.mesh import SheetMesh
-from mjtactile.fem.stiffness import PARITIES, Parity, assemble, free_in_plane
-from mjtactile.fem.stress import StressSampler, stress_tensor
+from mjtactile.fem.stress import stress_tensor
+from mjtactile.fem.stress_rows import StressRows
+from mjtactile.fem.symmetry import BOTH, free_in_plane
 from mjtactile.pad import Layer
+from mjtactile.pad_shape.surfaces import EllipsoidCap
 
 POISSONS = (0.0, 0.3, 0.49, 0.4999)
 #: Unequal elements in every direction.
@@ -38,21 +46,20 @@ def positions(mesh: SheetMesh) -> Array:
     return np.stack([x, y, z], axis=-1)
 
 
-def as_vector(field: Array) -> Array:
-    """A displacement field (planes, nodes y, nodes x, 3) in the matrix's order (plane, component, y, x)."""
-    return np.moveaxis(field, -1, 1).ravel()
+def stiffness(mesh: SheetMesh) -> scipy.sparse.csr_array:
+    return SweptElements(mesh).matrix()
 
 
 def on_the_boundary(mesh: SheetMesh) -> np.ndarray:
     inside = np.zeros((mesh.z.node_count, mesh.y.node_count, mesh.x.node_count, 3))
     inside[1:-1, 1:-1, 1:-1] = 1.0
-    return as_vector(inside) == 0.0
+    return inside.ravel() == 0.0
 
 
 def solve_with_prescribed_boundary(mesh: SheetMesh, field: Array) -> Array:
-    matrix = assemble(mesh).matrix()
+    matrix = stiffness(mesh)
     held = on_the_boundary(mesh)
-    solution = as_vector(field) * held
+    solution = field.ravel() * held
     load = -(matrix[~held][:, held] @ solution[held])
     solution[~held] = scipy.sparse.linalg.splu(matrix[~held][:, ~held].tocsc()).solve(load)
     return solution
@@ -67,7 +74,7 @@ def test_patch_any_linear_field_is_reproduced(poisson):
     field = positions(mesh) @ GRADIENT.T
     solution = solve_with_prescribed_boundary(mesh, field)
     # Rounding grows with the ratio of bulk to shear stiffness, 1 / (1 - 2 nu), here up to 5,000.
-    np.testing.assert_allclose(solution, as_vector(field), atol=1e-14 / (1 - 2 * poisson) * np.abs(field).max())
+    np.testing.assert_allclose(solution, field.ravel(), atol=1e-14 / (1 - 2 * poisson) * np.abs(field).max())
 
 
 def test_patch_layers_under_one_traction_are_reproduced():
@@ -90,7 +97,7 @@ def test_patch_layers_under_one_traction_are_reproduced():
         start = start + mesh.z.sizes[e] * slope
     solution = solve_with_prescribed_boundary(mesh, field)
     # Rounding, at a Poisson ratio of 0.49.
-    np.testing.assert_allclose(solution, as_vector(field), atol=1e-12 * np.abs(field).max())
+    np.testing.assert_allclose(solution, field.ravel(), atol=1e-12 * np.abs(field).max())
 
 
 def test_patch_stress_is_read_exactly():
@@ -100,17 +107,9 @@ def test_patch_stress_is_read_exactly():
     strain = (GRADIENT + GRADIENT.T) / 2
     expected = 2 * layer.shear_modulus * strain + layer.lame_lambda * np.trace(strain) * np.eye(3)
     points = np.array([[0.0, 0.0, -1.0], [2.9, 0.3, -2.5], [1.2, 2.0, 0.0], [0.4, 1.1, -0.9]]) * 1e-3
-    # The four symmetry classes of the field add up to it where x and y are positive.
-    total = np.zeros((len(points), 6))
-    for parity in PARITIES:
-        gradient = np.where(mirror_class(parity), GRADIENT, 0.0)
-        sampler = StressSampler(mesh, parity, points, 1)
-        quarter = mesh.quarter()
-        for plane, field in enumerate(positions(quarter) @ gradient.T):
-            displacements = np.moveaxis(field, -1, 0).reshape(-1, 1)
-            sampler.add(plane, np.ones(displacements.size, dtype=bool), displacements)
-        deviatoric, mean = sampler.result()
-        total += stress_tensor(deviatoric[..., 0], mean[..., 0])
+    rows = StressRows(mesh, points * [1.0, 1.0, -1.0])
+    found = (rows._combined @ (rows._recovered @ (positions(mesh) @ GRADIENT.T).ravel())).reshape(-1, 6)
+    total = stress_tensor(found[:, :5], found[:, 5])
     wanted = expected[[0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
     # Rounding of a dilation that the bulk modulus multiplies by 50.
     np.testing.assert_allclose(
@@ -118,23 +117,11 @@ def test_patch_stress_is_read_exactly():
     )
 
 
-def mirror_class(parity: Parity) -> Array:
-    """Entries du_i/dx_j of a displacement gradient that belong to a symmetry class, shape (3, 3)."""
-    mask = np.zeros((3, 3), dtype=bool)
-    for i in range(3):
-        sign_x, sign_y = parity.component_signs(i)
-        for j in range(3):
-            mask[i, j] = (sign_x == (-1 if j == 0 else 1)) and (sign_y == (-1 if j == 1 else 1))
-    return mask
-
-
 @pytest.mark.parametrize(
     "mesh", [uniform_mesh(0.3), uniform_mesh(0.4999), layered_mesh()], ids=["nu3", "nu4999", "layers"]
 )
 def test_unclamped_sheet_has_just_the_six_rigid_modes(mesh):
-    matrix = assemble(
-        SheetMesh(Line(mesh.x.vertices[1:4]), Line(mesh.y.vertices[1:4]), mesh.z, mesh.materials)
-    ).matrix()
+    matrix = stiffness(SheetMesh(Line(mesh.x.vertices[1:4]), Line(mesh.y.vertices[1:4]), mesh.z, mesh.materials))
     np.testing.assert_array_less(abs(matrix - matrix.T).max(), 1e-12 * abs(matrix).max())
     energies = np.linalg.eigvalsh(matrix.toarray())
     # Zero to rounding of the largest eigenvalue; the softest elastic mode is far above that.
@@ -144,17 +131,17 @@ def test_unclamped_sheet_has_just_the_six_rigid_modes(mesh):
 
 def test_rigid_motions_cost_no_energy():
     mesh = layered_mesh()
-    matrix, place = assemble(mesh).matrix(), positions(mesh)
+    matrix, place = stiffness(mesh), positions(mesh)
     for axis in range(3):
         rotation = np.cross(np.eye(3)[axis], place)
         for motion in (np.broadcast_to(np.eye(3)[axis], place.shape), rotation):
-            vector = as_vector(np.asarray(motion))
+            vector = motion.ravel()
             # Rounding of the largest products that cancel.
             assert np.abs(matrix @ vector).max() < 1e-13 * abs(matrix).max() * np.abs(vector).max()
 
 
 def test_clamped_sheet_is_positive_definite():
-    matrix = assemble(layered_mesh()).matrix().toarray()
+    matrix = stiffness(layered_mesh()).toarray()
     held = 3 * X.node_count * Y.node_count
     assert np.linalg.eigvalsh(matrix[held:, held:])[0] > 0
 
@@ -162,7 +149,7 @@ def test_clamped_sheet_is_positive_definite():
 @pytest.mark.parametrize("mesh", [uniform_mesh(0.3), layered_mesh()], ids=["one layer", "three layers"])
 def test_stored_energy_of_a_linear_field_is_that_of_continuum_elasticity(mesh):
     place = positions(mesh)
-    vector = as_vector(place @ GRADIENT.T)
+    vector = (place @ GRADIENT.T).ravel()
     strain = (GRADIENT + GRADIENT.T) / 2
     area = (X.vertices[-1] - X.vertices[0]) * (Y.vertices[-1] - Y.vertices[0])
     density = [
@@ -170,7 +157,7 @@ def test_stored_energy_of_a_linear_field_is_that_of_continuum_elasticity(mesh):
         for layer in mesh.materials
     ]
     expected = area * (mesh.z.sizes @ np.array(density))
-    assert vector @ (assemble(mesh).matrix() @ vector) / 2 == pytest.approx(expected, rel=1e-12)  # rounding
+    assert vector @ (stiffness(mesh) @ vector) / 2 == pytest.approx(expected, rel=1e-12)  # rounding
 
 
 @pytest.mark.parametrize("mesh", [uniform_mesh(0.49), layered_mesh()], ids=["one layer", "three layers"])
@@ -178,7 +165,7 @@ def test_stored_energy_of_a_quadratic_field_is_that_of_continuum_elasticity(mesh
     """Elements hold quadratics; their divergence is linear, as the pressure is: its projection loses nothing."""
     curvature = np.random.default_rng(0).standard_normal((3, 3, 3))  # u_i = c_ijk x_j x_k
     place = positions(mesh)
-    vector = as_vector(np.einsum("ijk,zyxj,zyxk->zyxi", curvature, place, place))
+    vector = np.einsum("ijk,zyxj,zyxk->zyxi", curvature, place, place).ravel()
     # Two Gauss points per element and axis integrate the squares of linear strains exactly.
     gauss, lengths = zip(*(two_points(line) for line in (mesh.z, mesh.y, mesh.x)), strict=True)
     z, y, x = np.meshgrid(*gauss, indexing="ij")
@@ -188,7 +175,7 @@ def test_stored_energy_of_a_quadratic_field_is_that_of_continuum_elasticity(mesh
     dilation = np.trace(strain, axis1=-2, axis2=-1)
     density = mesh.shear_modulus[layer] * (strain**2).sum(axis=(-2, -1)) + mesh.lame_lambda[layer] / 2 * dilation**2
     expected = np.einsum("zyx,z,y,x->", density, *lengths)
-    assert vector @ (assemble(mesh).matrix() @ vector) / 2 == pytest.approx(expected, rel=1e-11)  # rounding
+    assert vector @ (stiffness(mesh) @ vector) / 2 == pytest.approx(expected, rel=1e-11)  # rounding
 
 
 def two_points(line: Line) -> tuple[Array, Array]:
@@ -198,38 +185,63 @@ def two_points(line: Line) -> tuple[Array, Array]:
     return (middles[:, None] + offsets).ravel(), np.repeat(line.sizes / 2, 2)
 
 
-class ConfinedSheet(EliminatedSheet):
-    """A quarter sheet on which nothing moves sideways."""
-
-    def __init__(self, mesh: SheetMesh) -> None:
-        stiffness = assemble(mesh.quarter())
-        only_z = free_in_plane(mesh.quarter(), None)
-        only_z[: 2 * only_z.size // 3] = False
-        self.free = only_z
-        self._stiffness = stiffness.restricted(only_z)
-        self._layers = []
-        self.surface_compliance = np.asarray(np.linalg.inv(self._eliminate(lambda: None)), dtype=np.float64)
-
-
 @pytest.mark.parametrize(
     "mesh", [*map(uniform_mesh, POISSONS), layered_mesh()], ids=[*(f"nu {nu}" for nu in POISSONS), "layers"]
 )
 def test_confined_compression_is_exact(mesh):
     """Nothing moves sideways: sigma_zz = -p everywhere and each layer shortens by p h / M."""
-    pressure = 1000.0
-    sheet, quarter = ConfinedSheet(mesh), mesh.quarter()
-    integrals = quarter.surface.nodal_integrals(quarter.surface.sheet)[0]
+    pressure, quarter = 1000.0, mesh.quarter()
+    only_z = free_in_plane(quarter, None)
+    only_z[: 2 * only_z.size // 3] = False
+    equations = DissectedPad(SweptElements(quarter), only_z)
+    displacements = np.zeros((equations.count, 1))
+    displacements[equations.surface, 0] = -pressure * quarter.surface.nodal_integrals(quarter.surface.sheet)[0].ravel()
+    equations.solve(displacements)
     points = np.array([[0.1, 0.2, -0.1], [2.9, 1.9, -0.89], [1.0, 0.6, -0.91], [2.0, 1.2, -2.4]]) * 1e-3
-    sampler = StressSampler(mesh, PARITIES[0], points, 1)
-    surface = np.zeros(0)
-    for plane, displacements in sheet.descend(-pressure * integrals.reshape(-1, 1)):
-        sampler.add(plane, sheet.free, displacements)
-        if plane == quarter.z.node_count - 1:
-            surface = displacements
-    deviatoric, mean = sampler.result()
+    combine, recover = StressRows(mesh, points * [1.0, 1.0, -1.0]).rows(BOTH.classes[0], equations.number)
+    found = (combine @ (recover @ displacements)).reshape(-1, 6)
     poisson = max(material.poisson for material in mesh.materials)
     sinking = pressure * sum(t / confined_modulus(m) for t, m in zip(mesh.z.sizes, mesh.materials, strict=True))
     # Rounding, grown by the ratio of bulk to shear stiffness: 5e-12 at 0.49.
     tolerance = 1e-13 / (1 - 2 * poisson)
-    np.testing.assert_allclose(surface, -sinking, rtol=tolerance)
-    np.testing.assert_allclose(stress_tensor(deviatoric[..., 0], mean[..., 0])[:, 2], -pressure, rtol=10 * tolerance)
+    np.testing.assert_allclose(displacements[equations.surface], -sinking, rtol=tolerance)
+    stress = stress_tensor(found[:, :5], found[:, 5])
+    np.testing.assert_allclose(stress[:, 2], -pressure, rtol=10 * tolerance)
+
+
+@pytest.mark.parametrize("surface", [None, EllipsoidCap((11e-3, 8e-3, 9e-3))], ids=["flat", "dome"])
+def test_elements_are_those_that_scikit_fem_assembles(surface):
+    """The same energy, integrated over scikit-fem's quadratic hexahedra with the same nodes, and five Gauss points."""
+    middle = SheetMesh(Line(X.vertices[1:4]), Line(Y.vertices[1:4]), Z, layered_mesh().materials)
+    mesh = middle if surface is None else replace(middle, outer=surface)
+    bricks = MeshHex.init_tensor(mesh.x.vertices, mesh.y.vertices, mesh.z.vertices)
+    plain = MeshHex2.from_mesh(bricks)
+    x, y, minus_depth = plain.doflocs
+    curved = MeshHex2(mesh.outer.positions(x, y, -minus_depth).T, plain.t)
+    element = ElementVector(ElementHex2())
+    number = np.arange(3 * mesh.z.node_count * mesh.y.node_count * mesh.x.node_count)
+    number = number.reshape(mesh.z.node_count, mesh.y.node_count, mesh.x.node_count, 3)
+    at = [
+        np.abs(line.nodes[:, None] - where).argmin(axis=0)
+        for line, where in zip((mesh.x, mesh.y, mesh.z), Basis(bricks, element, intorder=1).doflocs, strict=True)
+    ]
+    own = np.empty(number.size, dtype=int)  # our number of each of scikit-fem's degrees of freedom
+    for component in range(3):
+        dofs = Basis(bricks, element, intorder=1).get_dofs(elements=True).all(f"u^{component + 1}")
+        own[dofs] = number[at[2][dofs], at[1][dofs], at[0][dofs], component]
+
+    expected = np.zeros((number.size, number.size))
+    middles = bricks.p[2][bricks.t].mean(axis=0)
+    for cell in range(bricks.t.shape[1]):
+        layer = mesh.materials[mesh.z.locate(middles[[cell]])[0][0]]
+        basis = Basis(curved, element, intorder=9, elements=np.array([cell]))
+        shear = BilinearForm(lambda u, v, _: 2 * ddot(sym_grad(u), sym_grad(v))).assemble(basis)
+        pressures = [np.ones(len(basis.W))[None], *(2 * basis.X - 1)[:, None]]
+        moment, mass = LinearForm(lambda v, w: w["p"] * div(v)), Functional(lambda w: w["p"] * w["q"])
+        moments = np.stack([moment.assemble(basis, p=p) for p in pressures])
+        masses = np.array([[mass.assemble(basis, p=p, q=q) for q in pressures] for p in pressures])
+        volume = moments.T @ np.linalg.solve(masses, moments)
+        expected[np.ix_(own, own)] += layer.shear_modulus * shear.toarray() + layer.lame_lambda * volume
+    found = stiffness(mesh).toarray()
+    # Rounding where the surface is flat. Where it is not, three Gauss points are good for 1e-5 on elements so large.
+    np.testing.assert_allclose(found, expected, rtol=0, atol=(1e-13 if surface is None else 3e-5) * expected.max())

@@ -1,6 +1,6 @@
 """What every linear elastic solution obeys: balance, reciprocity, symmetry, superposition.
 
-And that the way the equations are solved, by quarters and by elimination, changes nothing.
+And that the way the equations are solved, by quarters and by dissection, changes nothing.
 """
 
 from __future__ import annotations
@@ -16,16 +16,19 @@ from mjtactile._types import Array
 from mjtactile.cli.benchmarks.direct import relative_difference, solve
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
-from mjtactile.fem.block_elimination import EliminatedSheet
+from mjtactile.fem.dissection import DissectedPad
+from mjtactile.fem.elements import SweptElements
 from mjtactile.fem.mesh import sheet_mesh
-from mjtactile.fem.stiffness import PARITIES, assemble, free_in_plane
 from mjtactile.fem.stress import von_mises
+from mjtactile.fem.symmetry import BOTH, free_in_plane
 from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad
+from mjtactile.pad_shape.surfaces import EllipsoidCap
 
 PADS = {"paper's": Pad(), "layered": LAYERED_PAD}
+CURVED = replace(LAYERED_PAD, surface=EllipsoidCap((11e-3, 8e-3, 9e-3)))
 
 
 def random_load(influence: InfluenceMatrices, seed: int) -> SurfaceLoad:
@@ -58,21 +61,18 @@ def surface_work(displacement: Array, load: SurfaceLoad) -> float:
     return float(np.einsum("yxc,yxc->", displacement, load.forces))
 
 
-@pytest.mark.parametrize("name", PADS)
-def test_base_carries_the_applied_force_and_moment(name):
-    pad = PADS[name]
+@pytest.mark.parametrize("pad", [*PADS.values(), CURVED], ids=[*PADS, "dome"])
+def test_base_carries_the_applied_force_and_moment(pad):
     influence = without_tables(pad, COARSE)
     loads = [oblique_load(influence), random_load(influence, 1)]
     reactions = solve(pad, COARSE, loads).base_reaction
-    x, y = influence.surface.x.nodes, influence.surface.y.nodes
-    place = np.stack([*np.meshgrid(x, y), np.full(influence.surface.node_shape, -pad.thickness)], axis=-1)
+    place = SweptElements(sheet_mesh(pad, COARSE)).nodes
     for load, reaction in zip(loads, reactions, strict=True):
-        force, moment = load.resultant()
         size = np.linalg.norm(load.forces.reshape(-1, 3), axis=1).sum()
         # Rounding, through a stiffness of condition 1e5.
-        np.testing.assert_allclose(reaction.sum(axis=(0, 1)), -force, atol=1e-9 * size)
-        carried = np.cross(place, reaction).sum(axis=(0, 1))
-        np.testing.assert_allclose(carried, -moment, atol=1e-9 * size * pad.size[0])
+        np.testing.assert_allclose(reaction.sum(axis=(0, 1)), -load.forces.sum(axis=(0, 1)), atol=1e-9 * size)
+        carried, pressed = np.cross(place[0], reaction), np.cross(place[-1], load.forces)
+        np.testing.assert_allclose(carried.sum(axis=(0, 1)), -pressed.sum(axis=(0, 1)), atol=1e-9 * size * pad.size[0])
 
 
 @pytest.mark.parametrize("name", ["coarse_square", "layered"])
@@ -89,10 +89,10 @@ def test_compliance_is_reciprocal(name, request):
 @pytest.mark.parametrize("name", ["coarse_square", "layered"])
 def test_compliance_is_symmetric_and_positive(name, request):
     tables = request.getfixturevalue(name).tables
-    for parity in PARITIES:
+    for parity in BOTH.classes:
         signs = "".join("+" if sign > 0 else "-" for sign in (parity.x, parity.y))
         compliance = tables[f"compliance {signs}"]
-        # Rounding of a Cholesky inverse.
+        # Rounding.
         np.testing.assert_allclose(compliance, compliance.T, atol=1e-12 * np.abs(compliance).max())
         assert np.linalg.eigvalsh(compliance)[0] > 0
 
@@ -177,42 +177,36 @@ def test_sheet_that_does_not_spread_is_compressed_uniformly():
     np.testing.assert_allclose(sinking, sum(pressure * t.thickness / t.young for t in layers), rtol=1e-10)
 
 
-def whole_sheet(pad: Pad) -> EliminatedSheet:
-    return EliminatedSheet(assemble(sheet_mesh(pad, COARSE)), None)
+def whole_pad(pad: Pad) -> tuple[SweptElements, DissectedPad]:
+    mesh = sheet_mesh(pad, COARSE)
+    elements = SweptElements(mesh)
+    return elements, DissectedPad(elements, free_in_plane(mesh, None))
 
 
 @pytest.mark.parametrize("name", PADS)
 def test_quarter_models_together_are_the_full_model(name, request):
     """A random load, solved on the whole sheet at once and by four quarters: displacement of every surface node."""
-    pad = PADS[name]
     quarters = request.getfixturevalue("coarse_square" if name == "paper's" else "layered")
     load = random_load(quarters, 7)
-    forces = np.moveaxis(load.forces, -1, 0).reshape(-1)
-    whole = (whole_sheet(pad).surface_compliance @ forces).reshape(3, *quarters.surface.node_shape)
+    _, equations = whole_pad(PADS[name])
+    displacements = np.zeros((equations.count, 1))
+    displacements[equations.surface, 0] = np.moveaxis(load.forces, -1, 0).ravel()
+    whole = equations.nodal(equations.solve(displacements))[-1, ..., 0]
     # Rounding, through a stiffness of condition 1e5.
-    assert relative_difference(quarters.surface_displacement(load), np.moveaxis(whole, 0, -1)) < 1e-11
+    assert relative_difference(quarters.surface_displacement(load), whole) < 1e-11
 
 
-@pytest.mark.parametrize("name", PADS)
-def test_elimination_solves_the_assembled_equations(name):
-    """Every plane's displacement against a sparse direct solution of the whole matrix."""
-    pad = PADS[name]
-    stiffness = assemble(sheet_mesh(pad, COARSE))
-    size = stiffness.block(0, 0).toarray().shape[0]
-    forces = np.random.default_rng(8).standard_normal((size, 2))
-    load = np.zeros((size * (stiffness.plane_count - 1), 2))
-    load[-size:] = forces
-    clamped = stiffness.matrix()[size:][:, size:].tocsc()
-    expected = scipy.sparse.linalg.splu(clamped).solve(load)
-    expected = expected.reshape(-1, size, 2)
-    planes = dict(EliminatedSheet(stiffness, None).descend(forces))
-    assert sorted(planes) == list(range(1, stiffness.plane_count))
-    for plane, displacements in planes.items():
-        # Rounding, through a stiffness of condition 1e5.
-        assert relative_difference(displacements, expected[plane - 1]) < 1e-10
+@pytest.mark.parametrize("pad", [*PADS.values(), CURVED], ids=[*PADS, "dome"])
+def test_dissection_solves_the_assembled_equations(pad):
+    """Displacements under forces on all unknowns against a sparse direct solution of the whole matrix."""
+    elements, equations = whole_pad(pad)
+    forces = np.random.default_rng(8).standard_normal((equations.count, 2))
+    expected = scipy.sparse.linalg.splu(equations.restricted(elements.matrix()).tocsc()).solve(forces)
+    # Rounding, through a stiffness of condition 1e5.
+    assert relative_difference(equations.solve(forces.copy()), expected) < 1e-10
 
 
-@pytest.mark.parametrize("parity", PARITIES, ids=lambda p: f"{p.x:+d}{p.y:+d}")
+@pytest.mark.parametrize("parity", BOTH.classes, ids=lambda p: f"{p.x:+d}{p.y:+d}")
 def test_quarter_model_is_held_where_its_class_is_odd(parity):
     mesh = sheet_mesh(LAYERED_PAD, COARSE).quarter()
     free = free_in_plane(mesh, parity).reshape(3, mesh.y.node_count, mesh.x.node_count)

@@ -14,19 +14,15 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from mjtactile._types import Array
-from mjtactile.fem.block_elimination import EliminatedSheet
 from mjtactile.fem.mesh import sheet_mesh
-from mjtactile.fem.stiffness import PARITIES, Parity, assemble, free_in_plane
-from mjtactile.fem.stress import StressSampler, von_mises
-from mjtactile.fem.symmetry import QUADRANT_SIGNS, fold_forces, unfold_field
+from mjtactile.fem.solution import SweptPad
+from mjtactile.fem.stress import von_mises
+from mjtactile.fem.symmetry import MirrorPlanes, Parity, fold_forces, free_in_plane, unfold_field
 from mjtactile.fem.taxel_quadrature import layer_sampling
 from mjtactile.fidelity import MeshDensity
 from mjtactile.influence.build import available_cores
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad
-
-#: A load is the sum of its parts in the four symmetry classes. Each part is a quarter of the folded load.
-_QUARTER = 0.25
 
 
 class Response(NamedTuple):
@@ -47,57 +43,54 @@ def solve(pad: Pad, density: MeshDensity, loads: Sequence[SurfaceLoad], *, threa
         threads: threads that work at once, at most four; by default one per core.
     """
     mesh = sheet_mesh(pad, density)
-    quarter = mesh.quarter()
-    stiffness = assemble(quarter)
-    layers = [layer_sampling(pad, k, density.points_at(k)) for k in range(len(pad.depths))]
-    points = np.concatenate([layer.positions for layer in layers])
+    mirrors = MirrorPlanes(*mesh.outer.mirrors)
+    layers = [layer_sampling(pad, k, density.points_at(k)) for k in range(pad.sensing_layers)]
+    swept = SweptPad(mesh, np.concatenate([layer.positions for layer in layers]))
+    base_stiffness = swept.elements.matrix(layers=1)
     batch = np.stack([load.forces for load in loads])
-    plane = (3, quarter.y.node_count, quarter.x.node_count)
-    top = mesh.z.node_count - 1
 
     def solve_class(parity: Parity) -> tuple[Array, Array, Array]:
         """Stress (loads, points, 5), surface displacement and base reaction of one symmetry class."""
-        stress = np.zeros((len(loads), len(points), 5))
-        fields = {top: np.zeros((len(loads), *plane)), 0: np.zeros((len(loads), *plane))}
-        folded = _QUARTER * fold_forces(batch, parity).reshape(len(loads), -1)
+        free = free_in_plane(mesh.quarter(), parity)
+        # A load is the sum of its parts in the classes; the folded load is each part's forces on all mirror images.
+        forces = fold_forces(batch, parity).reshape(len(loads), -1)[:, free].T / len(mirrors.images)
+        equations = swept.equations(parity)
+        displacements = np.zeros((equations.count, len(loads)))
         # Loads that share a mirror plane have parts in some classes that act on held nodes only, apart from rounding.
-        if np.abs(folded[:, free_in_plane(quarter, parity).ravel()]).max() > 1e-11 * np.abs(batch).max():
-            sheet = EliminatedSheet(stiffness, parity)
-            sampler = StressSampler(mesh, parity, points, len(loads))
-            near_base = {}
-            for z, displacements in sheet.descend(folded[:, sheet.free].T):
-                sampler.add(z, sheet.free, displacements)
-                if z in (1, 2):
-                    near_base[z] = displacements
-                if z in fields:
-                    fields[z].reshape(len(loads), -1)[:, sheet.free] = displacements.T
-            fields[0].reshape(len(loads), -1)[:, sheet.free] = sheet.base_reaction(near_base[1], near_base[2]).T
-            stress = np.moveaxis(sampler.result()[0], -1, 0)
-        return stress, fields[top], fields[0]
+        if np.abs(forces).max() > 1e-11 * np.abs(batch).max():
+            displacements[equations.surface] = forces
+            equations.solve(displacements)
+        stress = swept.stress(parity, equations)(displacements)[0]
+        nodal = equations.nodal(displacements)
+        reaction = (base_stiffness @ nodal.reshape(-1, len(loads))).reshape(nodal.shape)[0]
+        surface, base = (field.transpose(3, 2, 0, 1) for field in (nodal[-1], reaction))
+        # What symmetry holds is held by the other half of the pad, not by the base.
+        return np.moveaxis(stress, -1, 0), surface, np.where(free.reshape(base.shape[1:]), base, 0.0)
 
     with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(threads or available_cores()) as executor:
-        classes = list(executor.map(solve_class, PARITIES))
+        classes = list(executor.map(solve_class, mirrors.classes))
     stress = np.stack([one[0] for one in classes], axis=1)
-    surfaces, reactions = [one[1] for one in classes], [one[2] for one in classes]
-    norms = von_mises(np.einsum("qc,bcpw->bqpw", QUADRANT_SIGNS, stress))
+    surfaces, reactions = [one[1] for one in classes], [_whole_nodes(one[2], mirrors) for one in classes]
+    norms = von_mises(np.einsum("qc,bcpw->bqpw", mirrors.signs, stress))
     readings, start = [], 0
     for layer in layers:
         end = start + len(layer.positions)
         readings.append((layer.average @ norms[:, :, start:end].reshape(len(loads), -1).T).T)
         start = end
     shape = (len(loads), *pad.reading_shape)
-    return Response(np.stack(readings, axis=1).reshape(shape), unfold_field(surfaces), _whole_forces(reactions))
+    return Response(
+        np.stack(readings, axis=1).reshape(shape), unfold_field(surfaces, mirrors), unfold_field(reactions, mirrors)
+    )
 
 
-def _whole_forces(quarters: list[Array]) -> Array:
-    """Nodal forces on the whole plane from those on the quarter, where nodes on a mirror line hold half of theirs."""
-    doubled = []
-    for quarter in quarters:
-        forces = quarter.copy()
+def _whole_nodes(reaction: Array, mirrors: MirrorPlanes) -> Array:
+    """Nodal forces on the part that symmetry leaves, (..., y, x), with both halves of those on its mirror lines."""
+    forces = reaction.copy()
+    if mirrors.x:
         forces[..., :, 0] *= 2
+    if mirrors.y:
         forces[..., 0, :] *= 2
-        doubled.append(forces)
-    return unfold_field(doubled)
+    return forces
 
 
 def relative_difference(actual: Array, expected: Array) -> float:

@@ -26,9 +26,10 @@ from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.wrench_basis import WrenchBasis
 from mjtactile.errors import ContactWarning, MjTactileError
 from mjtactile.experiments.markdown import markdown_table
-from mjtactile.fem.block_elimination import EliminatedSheet
+from mjtactile.fem.dissection import DissectedPad
+from mjtactile.fem.elements import SweptElements
 from mjtactile.fem.mesh import sheet_mesh
-from mjtactile.fem.stiffness import PARITIES, assemble, free_in_plane
+from mjtactile.fem.symmetry import BOTH, free_in_plane
 from mjtactile.fidelity import Fidelity, MeshDensity, mesh_density
 from mjtactile.influence.cache import build_influence, influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -161,22 +162,20 @@ def build(pad: Pad, density: MeshDensity, precision: str = "float64") -> Influen
 
 
 def solution_error(pad: Pad, density: MeshDensity) -> float:
-    """Relative error of the surface displacement that block elimination gives [-], largest of two loads.
+    """Relative error of the surface displacement that dissection gives [-], largest of two loads.
 
     The reference is a sparse factorisation of the whole stiffness matrix, refined in extended precision.
     """
-    mesh, parity = sheet_mesh(pad, density).quarter(), PARITIES[0]
-    stiffness, free = assemble(mesh), free_in_plane(mesh, parity)
-    everywhere = np.tile(free, stiffness.plane_count)
-    everywhere[: free.size] = False
-    kept = np.flatnonzero(everywhere)
-    matrix = stiffness.matrix()[kept][:, kept]
+    quarter = sheet_mesh(pad, density).quarter()
+    elements = SweptElements(quarter)
+    equations = DissectedPad(elements, free_in_plane(quarter, BOTH.classes[0]))
+    matrix = equations.restricted(elements.matrix())
     root = scipy.sparse.diags_array(1 / np.sqrt(matrix.diagonal()))
     scaled = (root @ matrix @ root).tocsc()
-    surface = int(free.sum())
-    loads = np.zeros((len(kept), 2))
-    loads[-1 - surface // 7, 0] = 1.0  # normal, near the rim
-    loads[-surface:, 1] = np.cos(np.arange(surface))
+    surface = equations.surface
+    loads = np.zeros((equations.count, 2))
+    loads[surface[-1 - len(surface) // 7], 0] = 1.0  # normal, near the rim
+    loads[surface, 1] = np.cos(np.arange(len(surface)))
     right = root @ loads
     factor = scipy.sparse.linalg.splu(scaled)
     solution = factor.solve(right)
@@ -185,8 +184,8 @@ def solution_error(pad: Pad, density: MeshDensity) -> float:
         solution += factor.solve(
             (right.astype(np.longdouble) - extended @ solution.astype(np.longdouble)).astype(float)
         )
-    expected = (root @ solution)[-surface:]
-    actual = EliminatedSheet(stiffness, parity).surface_compliance @ loads[-surface:]
+    expected = (root @ solution)[surface]
+    actual = equations.solve(loads)[surface]
     return max(relative_difference(a, b) for a, b in zip(actual.T, expected.T, strict=True))
 
 

@@ -9,13 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjtactile._types import Array, Indices
-from mjtactile.fem.curved.dissection import DissectedPad, block_count
-from mjtactile.fem.curved.elements import SweptElements
-from mjtactile.fem.curved.stress_rows import StressRows
+from mjtactile.fem.dissection import DissectedPad, block_count
+from mjtactile.fem.elements import SweptElements
 from mjtactile.fem.mesh import SheetMesh
-from mjtactile.fem.stiffness import Parity, free_in_plane
 from mjtactile.fem.stress import DEVIATORIC_COUNT
-from mjtactile.fem.symmetry import MirrorPlanes
+from mjtactile.fem.stress_rows import StressRows
+from mjtactile.fem.symmetry import MirrorPlanes, Parity, free_in_plane
 
 #: Progress of one block of loads, in units of the elimination of one column of elements.
 _STEPS_OF_BLOCK = 40
@@ -44,7 +43,27 @@ class SweptPad:
         feet = points * np.array([1.0, 1.0, -1.0]) if mesh.outer.is_flat else mesh.outer.feet(points, half)[0]
         self.mesh, self._rows = mesh, StressRows(mesh, feet)
         self._part = mesh.quarter()
-        self._elements = SweptElements(self._part)
+        #: Elements of the part that symmetry leaves.
+        self.elements = SweptElements(self._part)
+
+    def equations(
+        self, parity: Parity, executor: ThreadPoolExecutor | None = None, on_column: Callable[[], None] = lambda: None
+    ) -> DissectedPad:
+        """The factorised equations of a symmetry class, see `DissectedPad`."""
+        return DissectedPad(self.elements, free_in_plane(self._part, parity), executor, on_column)
+
+    def stress(self, parity: Parity, equations: DissectedPad) -> Callable[[Array], tuple[Array, Array]]:
+        """The function from displacements in a symmetry class [m], (unknowns, columns), to the stress at the points.
+
+        It returns deviatoric coordinates, see stress.py, (points, 5, columns), and mean stress, (points, columns) [Pa].
+        """
+        combine, recover = self._rows.rows(parity, equations.number)
+
+        def recovered(displacements: Array) -> tuple[Array, Array]:
+            found = (combine @ (recover @ displacements)).reshape(-1, DEVIATORIC_COUNT + 1, displacements.shape[1])
+            return found[:, :DEVIATORIC_COUNT], found[:, DEVIATORIC_COUNT]
+
+        return recovered
 
     def solve(self, parity: Parity, workers: int, on_step: Callable[[], None]) -> Iterator[SolvedBlock]:
         """Responses to a unit force on each free degree of freedom of the surface, block by block.
@@ -58,16 +77,16 @@ class SweptPad:
             MeshError: the equations cannot be solved in double precision.
         """
         with ThreadPoolExecutor(workers) as executor:
-            equations = DissectedPad(self._elements, free_in_plane(self._part, parity), executor, on_step)
-            combine, recover = self._rows.rows(parity, equations.number)
+            equations = self.equations(parity, executor, on_step)
+            stress = self.stress(parity, equations)
 
             def solved(places: Indices) -> SolvedBlock:
                 displacements = equations.displacements(places)
-                stress = (combine @ (recover @ displacements)).reshape(-1, DEVIATORIC_COUNT + 1, len(places))
+                deviatoric, mean = stress(displacements)
                 surface = displacements[equations.surface]
                 for _ in range(_STEPS_OF_BLOCK):
                     on_step()
-                return SolvedBlock(places, stress[:, :DEVIATORIC_COUNT], stress[:, DEVIATORIC_COUNT], surface)
+                return SolvedBlock(places, deviatoric, mean, surface)
 
             blocks = equations.blocks()
             # At most one block per thread at a time: finished blocks need memory.

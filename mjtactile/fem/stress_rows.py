@@ -1,8 +1,8 @@
 """Stress at points of a swept pad as linear functions (rows) of its unknowns.
 
 The mesh is a tensor product in (x, y, -depth). Derivatives of the displacements by these coordinates, and the condensed
-divergence, are recovered by the same rows as in the flat sheet (stress_recovery.py). The Jacobian of the swept position
-at the point converts these derivatives to gradients.
+divergence, are recovered line by line (stress_recovery.py). The Jacobian of the swept position at the point converts
+these derivatives to gradients.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ import numpy as np
 import scipy.sparse as sparse
 
 from mjtactile._types import Array, Indices
-from mjtactile.fem.curved.elements import NODES, PRESSURES, SweptElements
+from mjtactile.fem.elements import NODES, PRESSURES, SweptElements
 from mjtactile.fem.line import Line
 from mjtactile.fem.mesh import SheetMesh
-from mjtactile.fem.stiffness import Parity
 from mjtactile.fem.stress import DEVIATORIC_COUNT
-from mjtactile.fem.stress_recovery import GAUSS, SLOPE, VALUE, gauss_weights, point_rows
+from mjtactile.fem.stress_recovery import GAUSS, gauss_weights, point_rows
+from mjtactile.fem.symmetry import Parity
 
 #: Entries of a displacement gradient.
 _GRADIENT = 9
@@ -65,7 +65,7 @@ class StressRows:
         rows = [point_rows(line, self._places[:, a], jumps) for a, (line, jumps) in enumerate(lines)]
         derivatives = []
         for axis in range(3):
-            along = [_few(of_line[SLOPE if a == axis else VALUE]) for a, of_line in enumerate(rows)]
+            along = [_few(of_line[int(a == axis)]) for a, of_line in enumerate(rows)]
             derivatives.append(_product(along, tuple(line.node_count for line, _ in lines)))
         points = len(self._feet)
         stacked = sparse.vstack(derivatives, format="csr")  # (axis, point)

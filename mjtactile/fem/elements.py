@@ -1,10 +1,14 @@
-"""Isoparametric elements swept along a curved surface's inward normals.
+"""Isoparametric elements swept along the inward normals of a pad's surface, flat or curved.
 
-They are the flat sheet's Q2/P-1 hexahedra (stiffness.py) with nodes at X(x, y, d), see surfaces.py: 27 nodes, and a
-pressure that is linear in the element's own coordinates and condensed out inside it. Stiffness is integrated by three
-Gauss points along each axis (Bathe, Finite Element Procedures, 2014, section 5.3), which is exact where the surface is
-flat. scikit-fem would assemble the whole matrix. Dissection needs the matrix of each element, computed here for a row
-of elements at once.
+Elements are Q2/P-1 hexahedra: 27-node displacements with a discontinuous pressure that is linear in the element's own
+coordinates and condensed out inside it. They neither lock nor oscillate as the Poisson ratio approaches 1/2 (Bathe,
+Finite Element Procedures, 2014, section 4.4.3). With strain eps, the energy is
+
+    1/2 integral of  2 mu eps : eps  +  lambda (P div u)^2,
+
+where P is the projection onto the pressures. Nodes are at X(x, y, d), see surfaces.py. Stiffness is integrated by three
+Gauss points along each axis (section 5.3), which is exact where the surface is flat. Shape functions and Gauss points
+are those of scikit-fem. Dissection needs the matrix of each element, computed here for a row of elements at once.
 """
 
 from __future__ import annotations
@@ -12,33 +16,33 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+import scipy.sparse as sparse
+from skfem.element import ElementHex2
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefHex
 
 from mjtactile._types import Array
-from mjtactile.fem.line import quadratic_shapes
 from mjtactile.fem.mesh import SheetMesh
 
 #: Nodes of an element along each axis.
 NODES = 3
 #: Number of pressure polynomials of an element: 1, x, y and z in its own coordinates.
 PRESSURES = 4
-
-_GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+#: Degree of the polynomials that three Gauss points along each axis integrate exactly.
+_DEGREE = 5
 
 
 def _reference() -> tuple[Array, Array, Array]:
     """Slopes (points, 27 nodes, 3 axes), pressures (points, 4) and weights (points,) at the Gauss points.
 
-    Nodes and points are ordered (z, y, x), axes (x, y, z).
+    Nodes are ordered (z, y, x), axes (x, y, z).
     """
-    values, slopes = quadratic_shapes(_GAUSS)
-    along = [
-        np.einsum("ck,bj,ai->cbakji", *(slopes if axis == derived else values for axis in (2, 1, 0)))
-        for derived in (0, 1, 2)
-    ]
-    z, y, x = np.meshgrid(_GAUSS, _GAUSS, _GAUSS, indexing="ij")
-    pressures = np.stack([np.ones_like(x), x, y, z], axis=-1).reshape(-1, PRESSURES)
-    weights = np.einsum("c,b,a->cba", _WEIGHTS, _WEIGHTS, _WEIGHTS).ravel()
-    return np.stack(along, axis=-1).reshape(len(weights), NODES**3, 3), pressures, weights
+    element = ElementHex2()
+    points, weights = get_quadrature(RefHex, _DEGREE)
+    order = np.lexsort(element.doflocs.T)  # the last coordinate counts first
+    slopes = np.stack([element.lbasis(points, node)[1] for node in order])
+    pressures = np.column_stack([np.ones(len(weights)), 2 * points.T - 1])
+    return slopes.transpose(2, 0, 1), pressures, weights
 
 
 class SweptElements:
@@ -82,6 +86,25 @@ class SweptElements:
         moments, masses = _divergence(gradients, volumes)
         stiffness += lame[:, None, None] * (moments.transpose(0, 2, 1) @ np.linalg.solve(masses, moments))
         return stiffness.reshape(self.shape[2], layers, *stiffness.shape[1:])
+
+    def matrix(self, layers: int | None = None) -> sparse.csr_array:
+        """Stiffness over all nodal displacements, the base's included, ordered (plane, y, x, component) [N/m].
+
+        Args:
+            layers: number of element layers that are counted, from the base up; all of them by default.
+        """
+        high, deep, wide = self.nodes.shape[:3]
+        number = np.arange(3 * high * deep * wide).reshape(high, deep, wide, 3)
+        rows, columns, values = [], [], []
+        for y in range(self.shape[1]):
+            for x, of_column in enumerate(self.stiffness_of_row(y)):
+                for z, of_element in enumerate(of_column[:layers]):
+                    own = number[2 * z : 2 * z + NODES, 2 * y : 2 * y + NODES, 2 * x : 2 * x + NODES].ravel()
+                    rows.append(np.repeat(own, len(own)))
+                    columns.append(np.tile(own, len(own)))
+                    values.append(of_element.ravel())
+        places = np.concatenate(rows), np.concatenate(columns)
+        return sparse.csr_array((np.concatenate(values), places), shape=(number.size, number.size))
 
     @cached_property
     def dilation(self) -> Array:

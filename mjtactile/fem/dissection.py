@@ -1,11 +1,10 @@
-"""Solving a swept pad for many surface loads, by nested dissection of the plane.
+"""Solving a pad for many surface loads, by nested dissection of the plane.
 
-Elimination of one plane of nodes after another, as for the flat sheet, has dense blocks, whose cost grows with the cube
-of a plane's unknowns. That is too slow for a pad without mirror symmetry, of which no quarter can be taken. Here,
-columns of elements are merged in pairs, pairs of pairs and so on. At each merge the interior unknowns are eliminated;
-those shared with the outside remain. This is block elimination along a tree instead of a line (George, Nested
-dissection of a regular finite element mesh, SIAM J. Numer. Anal. 10, 1973; Duff and Reid, The multifrontal solution of
-indefinite sparse symmetric linear equations, ACM Trans. Math. Softw. 9, 1983). Every step is a dense matrix product.
+Columns of elements are merged in pairs, pairs of pairs and so on. At each merge the interior unknowns are eliminated;
+those shared with the outside remain (George, Nested dissection of a regular finite element mesh, SIAM J. Numer. Anal.
+10, 1973; Duff and Reid, The multifrontal solution of indefinite sparse symmetric linear equations, ACM Trans. Math.
+Softw. 9, 1983). Every step is a dense matrix product, for all columns of the influence matrices in a block at once. A
+sparse Cholesky factor would be applied to thousands of right-hand sides; docs/solver.md compares the two.
 """
 
 from __future__ import annotations
@@ -15,11 +14,12 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_solve
+import scipy.sparse as sparse
+from scipy.linalg import cho_solve, get_lapack_funcs, solve_triangular
 
 from mjtactile._types import Array, Indices, Mask
-from mjtactile.fem.block_elimination import backward, cholesky, forward
-from mjtactile.fem.curved.elements import NODES, SweptElements
+from mjtactile.errors import MeshError
+from mjtactile.fem.elements import NODES, SweptElements
 
 #: Number of surface loads solved at once.
 BLOCK = 384
@@ -89,6 +89,22 @@ class DissectedPad:
         sorted_places = np.argsort(order[self.surface], kind="stable")
         return [sorted_places[first : first + BLOCK] for first in range(0, len(sorted_places), BLOCK)]
 
+    def nodal(self, displacements: Array) -> Array:
+        """Displacements of unknowns, (unknowns, columns), at all nodes, (plane, y, x, component, columns) [m].
+
+        They are zero on the base and where symmetry fixes them.
+        """
+        padded = np.concatenate([displacements, np.zeros((1, displacements.shape[1]))])  # number -1 is the last row
+        above = padded[self.number].transpose(2, 0, 1, 3, 4)
+        return np.concatenate([np.zeros_like(above[:1]), above])
+
+    def restricted(self, matrix: sparse.csr_array) -> sparse.csr_array:
+        """A matrix over all nodal displacements, see `SweptElements.matrix`, on the unknowns alone."""
+        number = np.full((self._planes + 1, *self.number.shape[:2], 3), -1)
+        number[1:] = self.number.transpose(2, 0, 1, 3)
+        places = np.argsort(number, axis=None, kind="stable")[-self.count :]
+        return sparse.csr_array(matrix[places][:, places])
+
     def displacements(self, places: Indices) -> Array:
         """Displacements of all unknowns under unit forces on some surface unknowns [m/N], (unknowns, forces).
 
@@ -148,12 +164,12 @@ class DissectedPad:
         inner, outer = np.flatnonzero(~shared), np.flatnonzero(shared)
         if not len(inner):
             raise AssertionError("every union of element columns has a line inside")
-        factor = cholesky(stiffness[np.ix_(inner, inner)])
+        factor = _cholesky(stiffness[np.ix_(inner, inner)])
         # The Schur complement subtracts a matrix times its transpose: inverses would lose twice as many digits.
-        coupling = forward(factor, stiffness[np.ix_(inner, outer)])
+        coupling = _forward(factor, stiffness[np.ix_(inner, outer)])
         left = stiffness[np.ix_(outer, outer)]
         left -= coupling.T @ coupling
-        from_outer = backward(factor, coupling)
+        from_outer = _backward(factor, coupling)
         return unknowns[outer], left, _Front(unknowns[inner], unknowns[outer], factor, from_outer, children)
 
     def _shared(self, west: int, east: int, south: int, north: int) -> Indices:
@@ -184,6 +200,32 @@ class DissectedPad:
         free = free[np.argsort(numbers[free])]
         self._on_column()
         return numbers[free], stiffness[np.ix_(free, free)], None
+
+
+def _cholesky(matrix: Array) -> Array:
+    """Lower Cholesky factor of a stiffness.
+
+    Raises:
+        MeshError: it is not positive definite in double precision.
+    """
+    (factorise,) = get_lapack_funcs(("potrf",), (matrix,))
+    factor, failed = factorise(matrix, lower=1, clean=1)
+    if failed:
+        raise MeshError(
+            "the finite-element equations are not positive definite in double precision. A layer is too thin or too "
+            "soft beside its neighbours, too curved, or its Poisson ratio is too near 0.5."
+        )
+    return factor
+
+
+def _forward(factor: Array, right: Array) -> Array:
+    """L^-1 times a matrix."""
+    return solve_triangular(factor, right, lower=True, check_finite=False)
+
+
+def _backward(factor: Array, right: Array) -> Array:
+    """L^-T times a matrix."""
+    return solve_triangular(factor, right, lower=True, trans=1, check_finite=False)
 
 
 def _in_order(front: _Front | None) -> list[_Front]:

@@ -1,1 +1,0 @@
-"""Finite elements of pads under a curved surface: swept elements, their equations and the stress in them."""
