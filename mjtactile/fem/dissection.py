@@ -29,7 +29,7 @@ BLOCK = 384
 class _Front:
     """A union of element columns whose inner unknowns are eliminated."""
 
-    inner: Indices  #: indices of the unknowns that are eliminated here
+    inner: slice  #: of the unknowns that are eliminated here
     outer: Indices  #: indices of the unknowns shared with other unions
     factor: Array  #: Cholesky factor of the stiffness of the inner unknowns
     from_outer: Array  #: matrix in the back-substitution u_inner = K^-1 f - from_outer u_outer
@@ -38,6 +38,9 @@ class _Front:
 
 #: Unknowns that a union shares with others, their condensed stiffness, and the union (None for a single column).
 _Part = tuple[Indices, Array, _Front | None]
+
+#: Element columns from west to east and from south to north.
+_Rectangle = tuple[int, int, int, int]
 
 
 class DissectedPad:
@@ -66,12 +69,19 @@ class DissectedPad:
         nodes = 2 * rows + 1, 2 * columns + 1
         in_plane = free.reshape(3, *nodes).transpose(1, 2, 0)
         mask = np.broadcast_to(in_plane[:, :, None, :], (*nodes, self._planes, 3))
-        #: Number of each unknown, (nodes y, nodes x, planes above the base, 3); -1 where symmetry fixes it at zero.
-        self.number: Indices = np.where(mask, (np.cumsum(mask) - 1).reshape(mask.shape), -1)
+        #: For each node of a plane, the place of the union that eliminates it, (nodes y, nodes x).
+        self._eliminating = _elimination_order(rows, columns)
+        of_unknown = np.broadcast_to(self._eliminating[:, :, None, None], mask.shape)[mask]
         #: Number of all unknowns.
-        self.count = int(mask.sum())
+        self.count = len(of_unknown)
+        in_order = np.argsort(of_unknown, kind="stable")
+        #: Number of each unknown, (nodes y, nodes x, planes above the base, 3); -1 where symmetry fixes it at zero.
+        #: Numbers are in the order of elimination.
+        self.number: Indices = np.full(mask.shape, -1)
+        self.number[mask] = np.argsort(in_order)
+        self._ends = np.cumsum(np.bincount(of_unknown))
         self._rows: dict[int, Array] = {}
-        remaining, _, whole = self._eliminated(0, columns, 0, rows, executor)
+        remaining, _, whole = self._eliminated((0, columns, 0, rows), executor)
         assert not len(remaining)
         #: Unions of element columns, each after those that it was merged from.
         self._fronts = _in_order(whole)
@@ -83,10 +93,7 @@ class DissectedPad:
 
     def blocks(self) -> list[Indices]:
         """Indices of the surface's unknowns in blocks of neighbours, each solved at once."""
-        order = np.empty(self.count, dtype=np.int64)
-        for place, front in enumerate(self._fronts):
-            order[front.inner] = place
-        sorted_places = np.argsort(order[self.surface], kind="stable")
+        sorted_places = np.argsort(self.surface)
         return [sorted_places[first : first + BLOCK] for first in range(0, len(sorted_places), BLOCK)]
 
     def nodal(self, displacements: Array) -> Array:
@@ -129,57 +136,34 @@ class DissectedPad:
                 forces[front.outer] -= front.from_outer.T @ forces[front.inner]
         for place in reversed(range(len(self._fronts))):
             front = self._fronts[place]
-            inner = -(front.from_outer @ forces[front.outer])
+            inner = front.from_outer @ forces.take(front.outer, axis=0)
             if loaded[place]:
-                inner += cho_solve((front.factor, True), forces[front.inner], check_finite=False)
-            forces[front.inner] = inner
+                inner -= cho_solve((front.factor, True), forces[front.inner], check_finite=False)
+            np.negative(inner, out=forces[front.inner])
         return forces
 
-    def _eliminated(
-        self, west: int, east: int, south: int, north: int, executor: ThreadPoolExecutor | None = None
-    ) -> _Part:
+    def _eliminated(self, rectangle: _Rectangle, executor: ThreadPoolExecutor | None = None) -> _Part:
         """A rectangle of element columns with its inner unknowns eliminated."""
-        if (east - west, north - south) == (1, 1):
-            parts = [self._column(south, west)]
-        else:
-            if east - west >= north - south:
-                middle = (west + east) // 2
-                halves = [(west, middle, south, north), (middle, east, south, north)]
-            else:
-                middle = (south + north) // 2
-                halves = [(west, east, south, middle), (west, east, middle, north)]
-            several = map if executor is None else executor.map
-            parts = list(several(lambda half: self._eliminated(*half), halves))
+        halves = _halves(rectangle)
+        several = map if executor is None else executor.map
+        parts = list(several(self._eliminated, halves)) or [self._column(rectangle[2], rectangle[0])]
         unknowns = np.unique(np.concatenate([part[0] for part in parts]))
         stiffness = np.zeros((len(unknowns), len(unknowns)))
         for of_part, resistance, _ in parts:
             places = np.searchsorted(unknowns, of_part)
             stiffness[np.ix_(places, places)] += resistance
-        shared = np.isin(unknowns, self._shared(west, east, south, north))
         children = tuple(front for _, _, front in parts if front is not None)
         del parts
-        return self._front(unknowns, shared, stiffness, children)
-
-    def _front(self, unknowns: Indices, shared: Mask, stiffness: Array, children: tuple[_Front, ...]) -> _Part:
-        inner, outer = np.flatnonzero(~shared), np.flatnonzero(shared)
-        if not len(inner):
-            raise AssertionError("every union of element columns has a line inside")
-        factor = _cholesky(stiffness[np.ix_(inner, inner)])
+        # Numbers are in the order of elimination, so inner unknowns come first.
+        first = int(unknowns[0])
+        end = int(self._ends[np.searchsorted(self._ends, first, side="right")])
+        count = end - first
+        factor = _cholesky(stiffness[:count, :count])
         # The Schur complement subtracts a matrix times its transpose: inverses would lose twice as many digits.
-        coupling = _forward(factor, stiffness[np.ix_(inner, outer)])
-        left = stiffness[np.ix_(outer, outer)]
-        left -= coupling.T @ coupling
-        from_outer = _backward(factor, coupling)
-        return unknowns[outer], left, _Front(unknowns[inner], unknowns[outer], factor, from_outer, children)
-
-    def _shared(self, west: int, east: int, south: int, north: int) -> Indices:
-        """Unknowns on the sides of a rectangle that border on other rectangles."""
-        rows, columns = slice(2 * south, 2 * north + 1), slice(2 * west, 2 * east + 1)
-        _, row_count, column_count = self._elements.shape
-        sides = [self.number[rows, 2 * x] for x, meets in ((west, west > 0), (east, east < column_count)) if meets]
-        sides += [self.number[2 * y, columns] for y, meets in ((south, south > 0), (north, north < row_count)) if meets]
-        found = np.concatenate([side.ravel() for side in sides]) if sides else np.empty(0, dtype=np.int64)
-        return found[found >= 0]
+        coupling = _forward(factor, stiffness[:count, count:])
+        left = stiffness[count:, count:] - coupling.T @ coupling
+        outer = unknowns[count:]
+        return outer, left, _Front(slice(first, end), outer, factor, _backward(factor, coupling), children)
 
     def _column(self, row: int, column: int) -> _Part:
         """Stiffness of a column of elements on the clamped base."""
@@ -200,6 +184,41 @@ class DissectedPad:
         free = free[np.argsort(numbers[free])]
         self._on_column()
         return numbers[free], stiffness[np.ix_(free, free)], None
+
+
+def _halves(rectangle: _Rectangle) -> tuple[_Rectangle, ...]:
+    """The two rectangles that one is cut into along its longer side; none of a single column."""
+    west, east, south, north = rectangle
+    if (east - west, north - south) == (1, 1):
+        return ()
+    if east - west >= north - south:
+        middle = (west + east) // 2
+        return (west, middle, south, north), (middle, east, south, north)
+    middle = (south + north) // 2
+    return (west, east, south, middle), (west, east, middle, north)
+
+
+def _elimination_order(rows: int, columns: int) -> Indices:
+    """For each node of a plane of (rows, columns) elements, the place of the union that eliminates it.
+
+    A union eliminates the nodes inside it, and those on the pad's sides, that its halves have left.
+    """
+    places = np.full((2 * rows + 1, 2 * columns + 1), -1)
+    count = 0
+
+    def visit(rectangle: _Rectangle) -> None:
+        nonlocal count
+        for half in _halves(rectangle):
+            visit(half)
+        west, east, south, north = rectangle
+        inside = places[
+            2 * south + (south > 0) : 2 * north + (north == rows), 2 * west + (west > 0) : 2 * east + (east == columns)
+        ]
+        inside[inside < 0] = count
+        count += 1
+
+    visit((0, columns, 0, rows))
+    return places
 
 
 def _cholesky(matrix: Array) -> Array:

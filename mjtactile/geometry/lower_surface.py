@@ -72,6 +72,8 @@ class LowerSurface:
         """
         points, pose = contiguous(np.column_stack([x, y])), _numbers(position, rotation)
         found = np.empty(len(points))
+        if not len(points):
+            return found
         sheet = contiguous([*points.min(axis=0), *points.max(axis=0)])
         there = library().mjt_body_heights(
             self.handle,

@@ -42,3 +42,5 @@ def test_heights_are_those_of_closed_forms(name, floor):
 def test_nothing_is_over_points_beside_a_shape():
     beside = LowerSurface.of_sphere(1e-3).heights(np.zeros(3), np.eye(3), np.full(3, 5e-3), np.zeros(3))
     assert np.isinf(beside).all()
+    nowhere = LowerSurface.of_sphere(1e-3).heights(np.zeros(3), np.eye(3), np.empty(0), np.empty(0))
+    assert nowhere.shape == (0,)

@@ -2,13 +2,14 @@
 
     python tests/soak/client_venvs.py    # makes all of them
 
-mjtactile is installed there without its dependencies' bounds, and without torch, which reading a pad does not need.
+torch is left out, which reading a pad does not need.
 """
 
 from __future__ import annotations
 
 import subprocess
 import sys
+import tomllib
 import venv
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -16,12 +17,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 #: Where they are made, beside what the soak leaves.
 FOLDER = ROOT / "build" / "soak"
-#: What mjtactile imports on the way from a model to readings.
-_NEEDS = (
-    "scipy>=1.14", "trimesh>=4.5", "mapbox-earcut>=1.0", "shapely>=2.0.4", "contourpy>=1.2", "scikit-fem>=10.0",
-    "safetensors>=0.4.5", "platformdirs>=4.2", "filelock>=3.15", "threadpoolctl>=3.5", "typer>=0.15", "rich>=13.7",
-    "matplotlib>=3.9",
-)  # fmt: skip
+#: What mjtactile needs, and for drawing.
+_NEEDS = (*tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"], "matplotlib")
 #: Packages by environment, with the newest MuJoCo that their environments run on.
 VENVS = {
     "gymnasium-robotics": ("gymnasium-robotics==1.4.2", "gymnasium[mujoco]", "mujoco==3.10.0"),
