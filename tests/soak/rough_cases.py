@@ -181,6 +181,12 @@ def _feet(count: int) -> Case:
     return Case(f"a rigid body on {count} ball feet", _body(feet + plate, 1.6e-3), 0.5, mirrors=mirrors)
 
 
+def _grid_of_feet(count: int) -> Case:
+    places = 2e-3 * (np.arange(count) - (count - 1) / 2)
+    feet = "".join(f'<geom type="sphere" size=".001" pos="{x:.9g} {y:.9g} 0"/>' for x in places for y in places)
+    return Case(f"a rigid body on {count * count} ball feet, 2 mm apart", _body(feet, 1.1e-3), 0.1, mirrors="xy")
+
+
 def _rods(count: int) -> Case:
     rods = "".join(
         f'<geom type="capsule" size=".001 .004" pos="{x:.9g} 0 0" quat=".70710678118654752 .70710678118654752 0 0"/>'
@@ -449,6 +455,26 @@ CASES: dict[str, Case] = {
         mirrors="xy",
     ),
     **{f"{count} feet": _feet(count) for count in range(2, 7)},
+    "25 feet": _grid_of_feet(5),
+    "square below a plate": Case(
+        "a square, and 60 um above it a plate that comes down as well",
+        _body(
+            '<geom type="box" size=".0018 .0018 .001"/><geom type="box" size=".0045 .0045 .001" pos="0 0 .00006"/>',
+            1.1e-3,
+        ),
+        2.8,
+        mirrors="xy",
+    ),
+    "balls below a plate": Case(
+        "a plate from which two balls stand out by 30 and 65 um",
+        _body(
+            '<geom type="box" size=".0045 .004 .001"/>'
+            '<geom type="sphere" size=".00055" pos="-.0017 .0031 -.00048"/>'
+            '<geom type="sphere" size=".0013" pos=".0018 -.0022 .000235"/>',
+            1.1e-3,
+        ),
+        0.35,
+    ),
     "frame": Case(
         "a square frame of four boxes, 10 mm wide, its bars 1 mm",
         _body(

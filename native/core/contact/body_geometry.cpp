@@ -269,6 +269,44 @@ double steepness(const std::vector<Shape>& shapes, const FlatSide& side) {
   return least;
 }
 
+// Least height above a side's plane of what else of the body faces the pad, of all that is higher than a gap [m].
+double least_rise(const std::vector<Shape>& shapes, const FlatSide& side, double gap) {
+  double least = kNowhere;
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    const Shape& shape = shapes[k];
+    if (!side.shapes[k]) {
+      const double rise = least_along(shape, side.up()) - side.height;
+      if (rise > gap) least = std::min(least, rise);
+      continue;
+    }
+    if (shape.kind != ShapeKind::triangles) continue;
+    double own[3];
+    rotate_back(shape.local.rotation, side.up(), own);
+    const double plane = side.height - dot(shape.local.position, side.up());
+    const TriangleMesh& mesh = *shape.mesh;
+    mesh.any_box([&](const MeshBox& box) { return box.least_along(own) < plane + least; }, [&](const MeshBox& box) {
+      for (std::uint32_t f = box.first; f < box.first + box.count; ++f) {
+        const double* corner[3];
+        double lowest = kNowhere, highest = -kNowhere, a[3], b[3], normal[3];
+        for (std::size_t i = 0; i < 3; ++i) {
+          corner[i] = mesh.corner(f, i);
+          lowest = std::min(lowest, dot(corner[i], own) - plane);
+          highest = std::max(highest, dot(corner[i], own) - plane);
+        }
+        if (highest <= gap) continue;
+        for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b[i] = corner[2][i] - corner[0][i];
+        cross(a, b, normal);
+        const double seen = -dot(normal, own), length = std::sqrt(dot(normal, normal));
+        // Parts that rise more steeply than bodies ever lean are sides.
+        const bool faces = (mesh.closed ? seen : std::abs(seen)) * std::hypot(1.0, kSteepest) > length;
+        if (faces) least = std::min(least, std::max(lowest, gap));
+      }
+      return false;
+    });
+  }
+  return least;
+}
+
 // Outline of a part in a side's frame, counter-clockwise about the inward normal.
 Outline outline_on(const FlatSide& side, const Part& part) {
   Outline outline;
@@ -369,6 +407,7 @@ bool BodyGeometry::look_at(FlatSide& side) const {
     side.most_slope = std::max(side.most_slope, std::min(kMostLean, others));
     side.tips_at = std::max(side.most_slope, others);
   }
+  if (limits_.leaning) side.sinks_at = least_rise(shapes_, side, limits_.facing_gap);
   auto face = std::make_shared<Face>();
   FaceCells cells;
   if (!cells.make(side.outline, limits_.cells, *face)) return false;

@@ -61,9 +61,9 @@ bool BodyPress::solve(const Touch& touch, const std::shared_ptr<const Face>& fac
   is_flat_ = face != nullptr;
   const bool whole = touch.map == nullptr && touch.geometry != nullptr && !touch.geometry->shapes().empty();
   if (is_flat_ && flat_.solve(*face, placement, surface(), touch.wrench, workspace_)) {
-    // If the body tips over, or the face cannot carry all of the force, other parts of the body touch as well.
+    // If the face cannot carry all of the force, other parts of the body touch as well.
     const bool bears = borne_by(flat_.contact()) > kBears * touch.pressing();
-    if (!whole || (bears && !flat_.tips_over())) return true;
+    if (!whole || (bears && !flat_.others_touch())) return true;
   }
   is_flat_ = false;
   if (touch.map != nullptr) return press_map(touch);

@@ -21,7 +21,7 @@ constexpr double kTogether = 1e-3;
 // Distance from the line between two cells of the grid at which a point lies on it, over the cell's size.
 constexpr double kOnLine = 1e-6;
 // Largest number of parts that are sampled on their own. If there are more, they are treated as one part.
-constexpr std::size_t kMostParts = 16;
+constexpr std::size_t kMostParts = 64;
 // Points within this many grid steps belong to one part, because the grid misses some points of narrow contacts.
 constexpr int kNear = 2;
 // Parts are collected up to the level that carries this multiple of the load, because slightly higher ones may touch.

@@ -92,6 +92,11 @@ class ContactSearch {
   double share_until(const Plane& seen, const Plane& tilt, double height, const std::vector<Region>& regions) const;
   // Whether some point of the body outside the given regions is lower than a height above the plane `seen` [m].
   bool lower_than(const Plane& seen, double height, const std::vector<Region>& regions) const;
+  // Visit the samples of the body: visit(point, height above a plane and the lowest point of the last search).
+  template <typename Visit>
+  void each_sample(const Plane& plane, Visit&& visit) const {
+    for (std::size_t i = 0; i < raw_.size(); ++i) visit(points_[i], over(plane, points_[i], raw_[i]));
+  }
   // The tilt at which the body rests on springs under the load. An inclined body tilts onto the face that follows.
   Plane resting(const SearchLoad& load);
 

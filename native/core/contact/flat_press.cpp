@@ -77,9 +77,11 @@ bool FlatPress::solve(const Face& face, const Placement& placement, const Contac
   return true;
 }
 
-bool FlatPress::tips_over() const {
+bool FlatPress::others_touch() const {
   const double tilt = on_part_ ? part_.tilt() : std::hypot(whole_.slopes()[0], whole_.slopes()[1]);
-  return tilt > face_->tips_at;
+  // A part at the distance d and height h above the face touches if depth + tilt d > h. No part is lower than sinks_at,
+  // and none has a smaller h / d than tips_at.
+  return tilt / face_->tips_at + contact().indentation() / face_->sinks_at > 1.0;
 }
 
 void FlatPress::press_again(const ContactSurface& surface, const double* wrench, const std::vector<double>& sunk,

@@ -35,8 +35,8 @@ class FlatPress {
   // Plane from which these heights are measured.
   const HeightWindow& view() const { return part_.view(); }
   const Face& face() const { return on_part_ ? part_.face() : *face_; }
-  // Whether the body tilts so far that other parts of it may touch as well.
-  bool tips_over() const;
+  // Whether the body sinks in or tilts so far that other parts of it may touch as well.
+  bool others_touch() const;
 
  private:
   const Face* face_ = nullptr;

@@ -55,9 +55,12 @@ constexpr double kMostFiner = 4.0;       // largest factor,
 constexpr double kManyFiner = 150.0;     // and number of cells beyond which there is none;
 constexpr double kManySheared = 60.0;    // that number if shear is solved for as well
 
-// Nested cells, on which contacts are pressed whose tilt has not settled, or that are rough and have several spots.
+// Nested cells, on which contacts are pressed whose tilt has not settled, that overlook a part of the body, or that are
+// rough and have several spots.
 constexpr double kNestedSmooth = 1.0;    // roughness over the depth, times the number of cells asked for, up to which a
                                          // contact is smooth
+constexpr double kOverlooked = 0.5;      // height of the lowest cell, over how far the body comes down, from which cells
+                                         // overlook a part of it
 constexpr double kGenerous = 1.2;        // height up to which coarse cells are laid, over the depth,
 constexpr double kCoarse = 0.3;          // and their number over that asked for
 constexpr int kGenerousLooks = 3;        // largest number of looks with coarse cells,
@@ -161,11 +164,16 @@ double PatchPress::exact_depth(const LawOptions& options) const {
 // Whether the contact is to be pressed on nested cells. Many cells need none.
 bool PatchPress::needs_nested(const LawOptions& options) const {
   const double depth = exact_depth(options);
-  if (!options.tilting || options.cells >= kManyCells || !(depth > 0.0)) return false;
+  if (!options.tilting || !(depth > 0.0)) return false;
   // The first nested cells are coarser by this factor in length and width. They are in vain if they cannot be split.
   if (!laid_.cells().lattices().can_split(std::sqrt(kCoarse) * options.narrowest)) return false;
+  // If no cell tells of the body's lowest part, cells are too large for it.
+  const double least = *std::min_element(laid_.heights().begin(), laid_.heights().end());
+  const auto cells = static_cast<double>(options.cells);
+  if (least > kOverlooked * laid_.contact().lowered() && cells < kManySplit) return true;
+  if (options.cells >= kManyCells) return false;
   if (!settled_) return true;
-  const double smooth = kNestedSmooth * depth / static_cast<double>(options.cells);
+  const double smooth = kNestedSmooth * depth / cells;
   return spots_.size() > 1 && laid_.cells().roughness(laid_.pressed(), depth) > smooth;
 }
 
@@ -212,7 +220,7 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
 }
 
 // Choose cells to split: all that press or are beside such, or those with uneven neighbours. If they are too many, only
-// the most uneven ones.
+// the most uneven ones. Those that overlook a part of the body are split in any case.
 void PatchPress::choose_to_split(const LawOptions& options, bool all) {
   const double most = std::min(kMostSplit * static_cast<double>(options.cells), kManySplit);
   if (all) {
@@ -224,6 +232,19 @@ void PatchPress::choose_to_split(const LawOptions& options, bool all) {
     laid_.cells().find_rough(laid_.pressed(), least, chosen_);
     least *= kMoreUneven;
   } while (too_many_to_split(most));
+  add_overlooking();
+}
+
+// Add the cells that hold a much lower point of the body than their height tells.
+void PatchPress::add_overlooking() {
+  const double lowered = laid_.contact().lowered();
+  search_.each_sample(seen_plane(), [&](const Point& at, double height) {
+    if (!(height < lowered)) return;
+    const std::int32_t number = laid_.cells().lattices().number_at(at);
+    if (number < 0) return;
+    const auto cell = static_cast<std::size_t>(number);
+    if (laid_.heights()[cell] - height > kOverlooked * lowered) chosen_[cell] = 1;
+  });
 }
 
 // Whether there would be more than `most` cells if the chosen ones were split.

@@ -38,7 +38,9 @@ struct FacePlane {
   double rotation[9] = {};   // from the body's frame to the face's, row-major
   double height = 0.0;       // z of the face in its own frame [m]
   double most_slope = 0.0;   // largest slope at which the body faces the pad with this face alone [-]
-  double tips_at = std::numeric_limits<double>::infinity();  // slope from which on other faces may touch as well [-]
+  // Slope [-] and depth [m] from which on other parts of the body may touch as well.
+  double tips_at = std::numeric_limits<double>::infinity();
+  double sinks_at = std::numeric_limits<double>::infinity();
 };
 
 // Contact cells of a flat face. Points, edges and hulls are in the face's frame [m]. Immutable once made, and shared.

@@ -63,6 +63,14 @@ class SampledLattices {
   void set_number(std::size_t lattice, std::size_t place, std::int32_t number) {
     numbers_[lattices_[lattice].first + place] = number;
   }
+  // The number of the cell that has a point; negative if there is none.
+  std::int32_t number_at(const Point& point) const {
+    std::size_t place = 0;
+    for (std::size_t k = 0; k < size(); ++k) {
+      if (lattices_[k].holds(point, place) && number(k, place) >= 0) return number(k, place);
+    }
+    return kNone;
+  }
   // The number of the cell that stands some columns and rows away from another one; negative if there is none.
   std::int32_t beside(std::size_t lattice, std::size_t place, int columns, int rows) const {
     const Lattice& own = lattices_[lattice];
