@@ -26,7 +26,7 @@ def main() -> None:
     start = time.perf_counter()
     equations = DissectedPad(elements, free)
     factored = time.perf_counter()
-    for block in equations.blocks():
+    for block in equations.blocks(384):
         equations.displacements(block)
     solved = time.perf_counter()
     matrix = equations.restricted(elements.matrix()).tocsr()

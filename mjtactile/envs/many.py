@@ -55,13 +55,15 @@ def make_vec(
 
     Raises:
         EnvError: there is no such environment, option or autoreset mode, `mujoco.batch` was requested but does not
-            exist, `num_envs` is no whole number of at least one, or `threads` none of at least zero.
+            exist, `num_envs` is no whole number of at least one, `threads` none of at least zero, or `copy` no bool.
     """
     kind = task_of(task)
     if not (is_whole(num_envs) and num_envs >= 1):
         raise EnvError(f"num_envs = {num_envs!r}; expected at least one environment, a whole number.")
     if not (is_whole(threads) and threads >= 0):
         raise EnvError(f"threads = {threads!r}; expected a whole number, or 0 for as many as there are processors.")
+    if not isinstance(copy, bool):
+        raise EnvError(f"copy = {copy!r}; expected True or False.")
     mode = _autoreset(autoreset_mode)
     there = find_spec("mujoco.batch") is not None
     if batched and not there:

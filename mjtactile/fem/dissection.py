@@ -21,9 +21,6 @@ from mjtactile._types import Array, Indices, Mask
 from mjtactile.errors import MeshError
 from mjtactile.fem.elements import NODES, SweptElements
 
-#: Number of surface loads solved at once.
-BLOCK = 384
-
 
 @dataclass(frozen=True, eq=False)
 class _Front:
@@ -69,9 +66,8 @@ class DissectedPad:
         nodes = 2 * rows + 1, 2 * columns + 1
         in_plane = free.reshape(3, *nodes).transpose(1, 2, 0)
         mask = np.broadcast_to(in_plane[:, :, None, :], (*nodes, self._planes, 3))
-        #: For each node of a plane, the place of the union that eliminates it, (nodes y, nodes x).
-        self._eliminating = _elimination_order(rows, columns)
-        of_unknown = np.broadcast_to(self._eliminating[:, :, None, None], mask.shape)[mask]
+        eliminating = _elimination_order(rows, columns)
+        of_unknown = np.broadcast_to(eliminating[:, :, None, None], mask.shape)[mask]
         #: Number of all unknowns.
         self.count = len(of_unknown)
         in_order = np.argsort(of_unknown, kind="stable")
@@ -91,10 +87,10 @@ class DissectedPad:
         #: Unknowns of the surface, in the order (component, y, x).
         self.surface: Indices = on_top[on_top >= 0]
 
-    def blocks(self) -> list[Indices]:
-        """Indices of the surface's unknowns in blocks of neighbours, each solved at once."""
+    def blocks(self, size: int) -> list[Indices]:
+        """Indices of the surface's unknowns in blocks of up to `size` neighbours, each to be solved at once."""
         sorted_places = np.argsort(self.surface)
-        return [sorted_places[first : first + BLOCK] for first in range(0, len(sorted_places), BLOCK)]
+        return [sorted_places[first : first + size] for first in range(0, len(sorted_places), size)]
 
     def nodal(self, displacements: Array) -> Array:
         """Displacements of unknowns, (unknowns, columns), at all nodes, (plane, y, x, component, columns) [m].
@@ -252,11 +248,6 @@ def _in_order(front: _Front | None) -> list[_Front]:
     if front is None:
         return []
     return [one for child in front.children for one in _in_order(child)] + [front]
-
-
-def block_count(unknowns: int) -> int:
-    """Number of blocks in which this many surface unknowns are solved."""
-    return -(-unknowns // BLOCK)
 
 
 def factor_bytes(elements: tuple[int, int, int]) -> float:

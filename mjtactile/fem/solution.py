@@ -9,13 +9,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjtactile._types import Array, Indices
-from mjtactile.fem.dissection import DissectedPad, block_count
+from mjtactile.fem.dissection import DissectedPad
 from mjtactile.fem.elements import SweptElements
 from mjtactile.fem.mesh import SheetMesh
 from mjtactile.fem.stress import DEVIATORIC_COUNT
 from mjtactile.fem.stress_rows import StressRows
 from mjtactile.fem.symmetry import MirrorPlanes, Parity, free_in_plane
 
+#: Most surface loads solved at once.
+_MOST_LOADS = 384
+#: Memory for the stress of loads solved at once [bytes], and what it needs for each point and load [bytes].
+_STRESS_BYTES, _BYTES_PER_POINT = 1 << 28, 8 * 24
+#: Points whose rows are made at once: what they are made from takes several times their own memory.
+_POINTS = 8192
 #: Progress of one block of loads, in units of the elimination of one column of elements.
 _STEPS_OF_BLOCK = 40
 
@@ -41,7 +47,8 @@ class SweptPad:
     def __init__(self, mesh: SheetMesh, points: Array) -> None:
         half = float(mesh.x.vertices[-1]), float(mesh.y.vertices[-1])
         feet = points * np.array([1.0, 1.0, -1.0]) if mesh.outer.is_flat else mesh.outer.feet(points, half)[0]
-        self.mesh, self._rows = mesh, StressRows(mesh, feet)
+        self.mesh, self._loads = mesh, loads_at_once(len(points))
+        self._rows = [StressRows(mesh, feet[first : first + _POINTS]) for first in range(0, len(feet), _POINTS)]
         self._part = mesh.quarter()
         #: Elements of the part that symmetry leaves.
         self.elements = SweptElements(self._part)
@@ -57,10 +64,11 @@ class SweptPad:
 
         It returns deviatoric coordinates, see stress.py, (points, 5, columns), and mean stress, (points, columns) [Pa].
         """
-        combine, recover = self._rows.rows(parity, equations.number)
+        rows = [some.rows(parity, equations.number) for some in self._rows]
 
         def recovered(displacements: Array) -> tuple[Array, Array]:
-            found = (combine @ (recover @ displacements)).reshape(-1, DEVIATORIC_COUNT + 1, displacements.shape[1])
+            parts = [combine @ (recover @ displacements) for combine, recover in rows]
+            found = np.concatenate(parts).reshape(-1, DEVIATORIC_COUNT + 1, displacements.shape[1])
             return found[:, :DEVIATORIC_COUNT], found[:, DEVIATORIC_COUNT]
 
         return recovered
@@ -88,16 +96,21 @@ class SweptPad:
                     on_step()
                 return SolvedBlock(places, deviatoric, mean, surface)
 
-            blocks = equations.blocks()
+            blocks = equations.blocks(self._loads)
             # At most one block per thread at a time: finished blocks need memory.
             for first in range(0, len(blocks), workers):
                 yield from executor.map(solved, blocks[first : first + workers])
 
 
-def swept_steps(mesh: SheetMesh) -> int:
-    """Number of progress reports of `SweptPad.solve`, for all classes together."""
+def loads_at_once(points: int) -> int:
+    """Number of surface loads solved at once, so that the stress at a number of points has room."""
+    return min(_MOST_LOADS, max(1, _STRESS_BYTES // (_BYTES_PER_POINT * points)))
+
+
+def swept_steps(mesh: SheetMesh, points: int) -> int:
+    """Number of progress reports of `SweptPad.solve`, for all classes together and the stress at a number of points."""
     part, steps = mesh.quarter(), 0
     for parity in MirrorPlanes(*mesh.outer.mirrors).classes:
-        columns = part.x.element_count * part.y.element_count
-        steps += columns + _STEPS_OF_BLOCK * block_count(int(free_in_plane(part, parity).sum()))
+        blocks = -(-int(free_in_plane(part, parity).sum()) // loads_at_once(points))
+        steps += part.x.element_count * part.y.element_count + _STEPS_OF_BLOCK * blocks
     return steps

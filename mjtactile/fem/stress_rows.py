@@ -52,10 +52,9 @@ class StressRows:
             recovered derivatives and divergences, (quantities, unknowns). combine: these to the five deviatoric
             coordinates and the mean stress of each point, (points * 6, quantities).
         """
-        recover = sparse.csr_array(self._recovered @ self._folding(parity, number))
-        return self._combined, recover
+        return self._combined, _compact(self._recovered @ self._folding(parity, number))
 
-    @cached_property
+    @property
     def _recovered(self) -> sparse.csr_array:
         """Rows of derivatives (points * 9), by (component, axis), and of the divergence coefficients that points need.
 
@@ -132,7 +131,7 @@ class StressRows:
         pressure = sparse.diags_array(self._lame) @ self._pressures[:, kept]
         last = np.zeros((_ROWS, 1))
         last[-1] = 1.0
-        return sparse.csr_array(sparse.hstack([of_gradient, sparse.kron(pressure, last)], format="csr"))
+        return _compact(sparse.csr_array(sparse.hstack([of_gradient, sparse.kron(pressure, last)])))
 
     def _folding(self, parity: Parity, number: Indices) -> sparse.csr_array:
         """Matrix from the unknowns of a class to nodal displacements of the whole pad, (displacements, unknowns)."""
@@ -184,6 +183,12 @@ def _product(along: list[tuple[Indices, Array]], counts: tuple[int, ...]) -> spa
     made = sparse.csr_array((values.ravel(), places.ravel(), starts), shape=(len(x), wide * deep * high))
     made.eliminate_zeros()
     return made
+
+
+def _compact(matrix: sparse.csr_array) -> sparse.csr_array:
+    """The same matrix with short indices: pads of many taxels have millions of entries."""
+    indices, ends = matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32)
+    return sparse.csr_array((matrix.data, indices, ends), shape=matrix.shape)
 
 
 def _mirrored(whole: Line, part: Line) -> tuple[Indices, Array]:

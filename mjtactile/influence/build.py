@@ -14,9 +14,9 @@ from threadpoolctl import threadpool_limits
 
 from mjtactile._types import Array, Indices, Tables
 from mjtactile.errors import MeshError
-from mjtactile.fem.dissection import BLOCK, factor_bytes
+from mjtactile.fem.dissection import factor_bytes
 from mjtactile.fem.mesh import SheetMesh, sheet_mesh
-from mjtactile.fem.solution import SweptPad, swept_steps
+from mjtactile.fem.solution import SweptPad, loads_at_once, swept_steps
 from mjtactile.fem.stress import DEVIATORIC_COUNT
 from mjtactile.fem.symmetry import MirrorPlanes, Parity, free_in_plane
 from mjtactile.fem.taxel_quadrature import layer_sampling
@@ -30,7 +30,7 @@ _COPIES, _SQUARES = 4, 3
 
 def build_steps(pad: Pad, density: MeshDensity) -> int:
     """Number of times `build_tables` reports progress."""
-    return swept_steps(sheet_mesh(pad, density))
+    return swept_steps(sheet_mesh(pad, density), sum(map(len, _sample_points(pad, density))))
 
 
 class _Rows(Protocol):
@@ -74,7 +74,8 @@ def build_tables(
     """
     mesh = sheet_mesh(pad, density)
     layers, storage = _sample_points(pad, density), _Storage(np.dtype(dtype), rows, columns)
-    swept, workers = SweptPad(mesh, np.concatenate(layers)), _workers(mesh)
+    points = np.concatenate(layers)
+    swept, workers = SweptPad(mesh, points), _workers(mesh, loads_at_once(len(points)))
     # One thread per block: the threads of a parallel matrix product would wait for each other on a busy machine.
     with threadpool_limits(limits=1, user_api="blas"):
         for parity in MirrorPlanes(*mesh.outer.mirrors).classes:
@@ -100,8 +101,8 @@ def _sample_points(pad: Pad, density: MeshDensity) -> list[Array]:
     return [layer_sampling(pad, k, density.points_at(k)).positions for k in range(pad.sensing_layers)]
 
 
-def _workers(mesh: SheetMesh) -> int:
-    """Number of blocks of columns to solve in parallel, within the available cores and memory.
+def _workers(mesh: SheetMesh, loads: int) -> int:
+    """Number of blocks of so many loads to solve in parallel, within the available cores and memory.
 
     Raises:
         MeshError: there is not enough memory for one block.
@@ -111,7 +112,7 @@ def _workers(mesh: SheetMesh) -> int:
     unknowns = 2 * part.z.element_count * columns
     elements = part.z.element_count, part.y.element_count, part.x.element_count
     number = np.dtype(float).itemsize
-    of_block = number * _COPIES * BLOCK * unknowns
+    of_block = number * _COPIES * loads * unknowns
     always = factor_bytes(elements) + number * _SQUARES * columns**2
     there_is = _memory_for(always + of_block, mesh)
     return min(available_cores(), max(1, int((there_is / 2 - always) / of_block)))

@@ -64,7 +64,8 @@ class PadModel(nn.Module):
         layers: sensing layers that are read.
 
     Raises:
-        InfluenceError: a layer does not exist, `dtype` is another type, or a file holds no influence matrices.
+        InfluenceError: a layer or device does not exist, `dtype` is another type, or a file holds no influence
+            matrices.
         PresetError: the fidelity does not exist, or is given together with matrices.
         PadError: `pad` is none of these.
         SceneError: no pad or file has that name.
@@ -93,7 +94,13 @@ class PadModel(nn.Module):
             as_buffer(self, name, element_integrals(line.sizes))
         if not self.pad.surface.is_flat:
             as_buffer(self, "cells", cell_integrals(self.surface))
-        self.to(device=device, dtype=floating(dtype))
+        try:
+            self.to(device=device, dtype=floating(dtype))
+        except (RuntimeError, AssertionError) as error:  # torch raises the latter where it was built without CUDA
+            raise InfluenceError(
+                f'the model cannot be on device {device!r}: {error}. Use "cpu", or a device that PyTorch and this '
+                "machine have."
+            ) from error
 
     @property
     def reading_shape(self) -> tuple[int, ...]:

@@ -228,7 +228,9 @@ def test_a_hole_that_is_no_place_is_refused(hole):
         env.reset(options={"hole": hole})
 
 
-@pytest.mark.parametrize("arguments", [{"num_envs": 1.5}, {"num_envs": "2"}, {"threads": -1}, {"autoreset_mode": "no"}])
+@pytest.mark.parametrize(
+    "arguments", [{"num_envs": 1.5}, {"num_envs": "2"}, {"threads": -1}, {"autoreset_mode": "no"}, {"copy": "no"}]
+)
 def test_wrong_arguments_of_many_are_refused(arguments):
     (name,) = arguments
     with pytest.raises(EnvError, match=f"^{name} = "):

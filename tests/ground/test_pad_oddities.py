@@ -14,7 +14,7 @@ import pytest
 from hypothesis import HealthCheck, event, given, settings
 from hypothesis import strategies as st
 
-import mjtactile.influence.build
+import mjtactile.fem.solution
 from mjtactile.errors import MeshError, MeshWarning, PadError
 from mjtactile.fem.mesh import sheet_mesh, warn_if_coarser
 from mjtactile.fidelity import MESHES, Fidelity, MeshDensity
@@ -191,7 +191,7 @@ def test_blocks_of_columns_make_the_same_tables(monkeypatch):
     ):
         whole = build_influence(Pad(), chosen, progress=False)
         with monkeypatch.context() as patch:
-            patch.setattr(mjtactile.influence.build, "_BLOCK_BYTES", 1)
+            patch.setattr(mjtactile.fem.solution, "_STRESS_BYTES", 1)
             parts = build_influence(Pad(), chosen, progress=False)
         for name, table in whole.tables.items():
             tolerance = 1e-6 if table.dtype == np.float32 else 1e-11

@@ -323,6 +323,8 @@ def test_loads_that_do_not_fit_are_refused_with_the_cure(layered, wrong, said):
 
 def test_what_the_model_cannot_do_is_said(layered, draft):
     model = PadModel(layered)
+    with pytest.raises(InfluenceError, match=r"device 'foo': .* Use \"cpu\""):
+        PadModel(layered, device="foo")
     with pytest.raises(InfluenceError, match="stress=True"):
         model.stress(torch.zeros(model.force_shape))
     with pytest.raises(InfluenceError, match=r"this model makes \(\.\.\., \d+, 5\)"):
