@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 from mjtactile.fem.dissection import DissectedPad
 from mjtactile.fem.elements import SweptElements
 from mjtactile.fem.mesh import sheet_mesh
+from mjtactile.fem.solution import MOST_LOADS
 from mjtactile.fem.symmetry import BOTH, free_in_plane
 from mjtactile.fidelity import mesh_density
 from mjtactile.pad import Pad
@@ -26,7 +27,7 @@ def main() -> None:
     start = time.perf_counter()
     equations = DissectedPad(elements, free)
     factored = time.perf_counter()
-    for block in equations.blocks(384):
+    for block in equations.blocks(MOST_LOADS):
         equations.displacements(block)
     solved = time.perf_counter()
     matrix = equations.restricted(elements.matrix()).tocsr()

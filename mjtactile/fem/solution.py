@@ -17,7 +17,7 @@ from mjtactile.fem.stress_rows import StressRows
 from mjtactile.fem.symmetry import MirrorPlanes, Parity, free_in_plane
 
 #: Most surface loads solved at once.
-_MOST_LOADS = 384
+MOST_LOADS = 384
 #: Memory for the stress of loads solved at once [bytes], and what it needs for each point and load [bytes].
 _STRESS_BYTES, _BYTES_PER_POINT = 1 << 28, 8 * 24
 #: Points whose rows are made at once: what they are made from takes several times their own memory.
@@ -104,7 +104,7 @@ class SweptPad:
 
 def loads_at_once(points: int) -> int:
     """Number of surface loads solved at once, so that the stress at a number of points has room."""
-    return min(_MOST_LOADS, max(1, _STRESS_BYTES // (_BYTES_PER_POINT * points)))
+    return min(MOST_LOADS, max(1, _STRESS_BYTES // (_BYTES_PER_POINT * points)))
 
 
 def swept_steps(mesh: SheetMesh, points: int) -> int:

@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from mjtactile._types import Array
 from mjtactile.fem.mesh import sheet_mesh
 from mjtactile.fem.solution import SweptPad
-from mjtactile.fem.stress import von_mises
+from mjtactile.fem.stress import DEVIATORIC_COUNT, von_mises
 from mjtactile.fem.symmetry import MirrorPlanes, Parity, fold_forces, free_in_plane, unfold_field
 from mjtactile.fem.taxel_quadrature import layer_sampling
 from mjtactile.fidelity import MeshDensity
@@ -45,21 +45,24 @@ def solve(pad: Pad, density: MeshDensity, loads: Sequence[SurfaceLoad], *, threa
     mesh = sheet_mesh(pad, density)
     mirrors = MirrorPlanes(*mesh.outer.mirrors)
     layers = [layer_sampling(pad, k, density.points_at(k)) for k in range(pad.sensing_layers)]
-    swept = SweptPad(mesh, np.concatenate([layer.positions for layer in layers]))
+    points, part = np.concatenate([layer.positions for layer in layers]), mesh.quarter()
+    swept = SweptPad(mesh, points)
     base_stiffness = swept.elements.matrix(layers=1)
     batch = np.stack([load.forces for load in loads])
 
     def solve_class(parity: Parity) -> tuple[Array, Array, Array]:
         """Stress (loads, points, 5), surface displacement and base reaction of one symmetry class."""
-        free = free_in_plane(mesh.quarter(), parity)
+        free = free_in_plane(part, parity)
         # A load is the sum of its parts in the classes; the folded load is each part's forces on all mirror images.
         forces = fold_forces(batch, parity).reshape(len(loads), -1)[:, free].T / len(mirrors.images)
+        # Loads that share a mirror plane have parts in some classes that act on held nodes only, apart from rounding.
+        if np.abs(forces).max() <= 1e-11 * np.abs(batch).max():
+            nothing = np.zeros((len(loads), 3, part.y.node_count, part.x.node_count))
+            return np.zeros((len(loads), len(points), DEVIATORIC_COUNT)), nothing, nothing
         equations = swept.equations(parity)
         displacements = np.zeros((equations.count, len(loads)))
-        # Loads that share a mirror plane have parts in some classes that act on held nodes only, apart from rounding.
-        if np.abs(forces).max() > 1e-11 * np.abs(batch).max():
-            displacements[equations.surface] = forces
-            equations.solve(displacements)
+        displacements[equations.surface] = forces
+        equations.solve(displacements)
         stress = swept.stress(parity, equations)(displacements)[0]
         nodal = equations.nodal(displacements)
         reaction = (base_stiffness @ nodal.reshape(-1, len(loads))).reshape(nodal.shape)[0]
