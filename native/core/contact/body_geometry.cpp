@@ -111,6 +111,26 @@ double least_along(const Shape& shape, const double* up) {
   return middle + least;
 }
 
+// A triangle of a mesh above a plane: how high its corners are [m], and twice its vector area [m^2].
+struct Rising {
+  double rise[3], least, most, doubled[3];
+};
+
+Rising above(const TriangleMesh& mesh, std::uint32_t triangle, const double* up, double plane) {
+  const double* corner[3];
+  Rising found = {{}, kNowhere, -kNowhere, {}};
+  for (std::size_t k = 0; k < 3; ++k) {
+    corner[k] = mesh.corner(triangle, k);
+    found.rise[k] = dot(corner[k], up) - plane;
+    found.least = std::min(found.least, found.rise[k]);
+    found.most = std::max(found.most, found.rise[k]);
+  }
+  double a[3], b[3];
+  for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b[i] = corner[2][i] - corner[0][i];
+  cross(a, b, found.doubled);
+  return found;
+}
+
 // Area of a mesh's triangles, projected along a direction, that is below a gap above a plane but not in the plane
 // [m^2].
 double area_beside(const Shape& shape, const double* up, double height, double gap) {
@@ -121,20 +141,9 @@ double area_beside(const Shape& shape, const double* up, double height, double g
   double sum = 0.0;
   mesh.any_box([&](const MeshBox& box) { return box.least_along(own) <= plane + gap; }, [&](const MeshBox& box) {
     for (std::uint32_t f = box.first; f < box.first + box.count; ++f) {
-      const double* corner[3];
-      double rise[3], least = kNowhere, most = -kNowhere;
-      for (std::size_t k = 0; k < 3; ++k) {
-        corner[k] = mesh.corner(f, k);
-        rise[k] = dot(corner[k], own) - plane;
-        least = std::min(least, rise[k]);
-        most = std::max(most, rise[k]);
-      }
+      auto [rise, least, most, doubled] = above(mesh, f, own, plane);
       if ((most <= kFlatness && least >= -kFlatness) || least >= gap) continue;
-      double a[3], b[3];
-      for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b[i] = corner[2][i] - corner[0][i];
-      double normal[3];
-      cross(a, b, normal);
-      const double seen = -0.5 * dot(normal, own);
+      const double seen = -0.5 * dot(doubled, own);
       if (mesh.closed ? seen <= 0.0 : seen == 0.0) continue;
       // Fraction of a triangle below a height, from the sorted heights of its corners.
       std::sort(rise, rise + 3);
@@ -286,20 +295,12 @@ double least_rise(const std::vector<Shape>& shapes, const FlatSide& side, double
     const TriangleMesh& mesh = *shape.mesh;
     mesh.any_box([&](const MeshBox& box) { return box.least_along(own) < plane + least; }, [&](const MeshBox& box) {
       for (std::uint32_t f = box.first; f < box.first + box.count; ++f) {
-        const double* corner[3];
-        double lowest = kNowhere, highest = -kNowhere, a[3], b[3], normal[3];
-        for (std::size_t i = 0; i < 3; ++i) {
-          corner[i] = mesh.corner(f, i);
-          lowest = std::min(lowest, dot(corner[i], own) - plane);
-          highest = std::max(highest, dot(corner[i], own) - plane);
-        }
-        if (highest <= gap) continue;
-        for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b[i] = corner[2][i] - corner[0][i];
-        cross(a, b, normal);
-        const double seen = -dot(normal, own), length = std::sqrt(dot(normal, normal));
+        const Rising found = above(mesh, f, own, plane);
+        if (found.most <= gap) continue;
+        const double seen = -dot(found.doubled, own), length = std::sqrt(dot(found.doubled, found.doubled));
         // Parts that rise more steeply than bodies ever lean are sides.
         const bool faces = (mesh.closed ? seen : std::abs(seen)) * std::hypot(1.0, kSteepest) > length;
-        if (faces) least = std::min(least, std::max(lowest, gap));
+        if (faces) least = std::min(least, std::max(found.least, gap));
       }
       return false;
     });
