@@ -369,10 +369,12 @@ bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
   const bool tilts_on = looks.goes_on && !looks.onward.sees_tilted_as(looks.best);
   looks.moved = lost && !tilts_on && looks.moves < kMoves;
   if (looks.moved) return move_to_others(problem, looks);
-  looks.view = looks.onward;
-  if (looks.turned_back) stay_before(looks.too_far, looks.best.plane.slopes, looks.view.plane.slopes);
+  Viewpoint onward = looks.onward;
+  if (looks.turned_back) stay_before(looks.too_far, looks.best.plane.slopes, onward.plane.slopes);
+  const bool in_vain = !looks.last_is_best && onward.sees_as(looks.view);   // the last look was this one
+  looks.view = onward;
   looks.resting_tried = false;
-  return looks.goes_on;
+  return looks.goes_on && !in_vain;
 }
 
 // Set the view to one that may see other parts, because those seen so far do not carry the load. False if there are
