@@ -411,6 +411,12 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
   return spots_;
 }
 
+Spot ContactSearch::everything() const {
+  const double width = bounds_.east - bounds_.west, height = bounds_.north - bounds_.south;
+  const Point centre = {(bounds_.west + bounds_.east) / 2, (bounds_.south + bounds_.north) / 2};
+  return {{centre, 0.0, width, height}, width * height, width + height};
+}
+
 // Find ridges if some spot is open, as narrow and bent contacts are. `length`: of all spots [m]. False if the ridges do
 // not account for these.
 bool ContactSearch::find_ridges(const HeightMap& map, const Plane& plane, const SearchLoad& load, double length) {

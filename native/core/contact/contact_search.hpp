@@ -61,6 +61,8 @@ class ContactSearch {
   bool look(const HeightMap& map);
   // Parts below the level that carries the load, measured from a plane.
   const std::vector<Spot>& find(const HeightMap& map, const Plane& plane, const SearchLoad& load);
+  // The whole area that was sampled, as a spot.
+  Spot everything() const;
   // Height of the level above the body's lowest point [m].
   double level() const { return level_; }
   // Heights that differ by at most this are equal [m], so that rounding does not break the symmetry of a body's spots.

@@ -60,12 +60,13 @@ constexpr double kManySheared = 60.0;    // that number if shear is solved for a
 constexpr double kNestedSmooth = 1.0;    // roughness over the depth, times the number of cells asked for, up to which a
                                          // contact is smooth
 constexpr double kOverlooked = 0.5;      // height of the lowest cell, over how far the body comes down, from which cells
-                                         // overlook a part of it
+                                         // overlook a part of it,
+constexpr double kStillOverlooked = 0.25;    // and the same for a cell's height over a point of it while cells are split
 constexpr double kGenerous = 1.2;        // height up to which coarse cells are laid, over the depth,
 constexpr double kCoarse = 0.3;          // and their number over that asked for
 constexpr int kGenerousLooks = 3;        // largest number of looks with coarse cells,
 constexpr double kMostLift = 0.4;        // and lift of the contact, over the depth, from which there is another one
-constexpr int kSplits = 3;               // largest number of times that cells are split
+constexpr int kSplits = 5;               // largest number of times that cells are split
 constexpr double kUneven = 0.05;         // disagreement of neighbours, over the depth, from which they are split again,
 constexpr double kMoreUneven = 1.3;      // and factor on it if there are too many
 constexpr double kMostSplit = 4.0;       // largest number of cells over that asked for,
@@ -200,18 +201,22 @@ bool PatchPress::press_nested(const Problem& problem, const Looks& looks) {
   return better;
 }
 
-// Press the body, tilted as found, on few cells under all parts that may touch. False if no contact is found.
+// Press the body, tilted as found, on few cells under all parts that may touch. If others touch nevertheless, cells are
+// laid wherever the body is low enough. False if no contact is found.
 bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
   view.finer = kCoarse;
   view.end_height = view.spot_end = 0.0;
+  bool everywhere = false;
   for (int look = 0; look < kGenerousLooks; ++look) {
     const double higher = look > 0 ? (laid_.ends_early() ? kGenerous : 1.0) * view.least_height : 0.0;
     const NextPart next = next_part();
-    double highest = std::max(kGenerous * laid_.contact().indentation(), higher);
+    double highest = std::max(kGenerous * laid_.touched_height(true), higher);
     if (next.share < 1.0) highest = std::max(highest, kTouchMargin * next.height);
     view.spot_height = view.least_height = view.most_height = highest;
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] += std::min(next.share, 1.0) * laid_.contact().slopes()[k];
     find_spots(problem, view);
+    everywhere = everywhere || (look > 0 && next.share < 1.0);
+    if (everywhere) spots_ = {search_.everything()};
     if (!press(problem, view) || !laid_.contact().exact()) return false;
     const CellContact& contact = laid_.contact();
     if (laid_.lifted(contact.slopes()) <= kMostLift * contact.indentation() && !laid_.ends_early()) break;
@@ -243,7 +248,7 @@ void PatchPress::add_overlooking() {
     const std::int32_t number = laid_.cells().lattices().number_at(at);
     if (number < 0) return;
     const auto cell = static_cast<std::size_t>(number);
-    if (laid_.heights()[cell] - height > kOverlooked * lowered) chosen_[cell] = 1;
+    if (laid_.heights()[cell] - height > kStillOverlooked * lowered) chosen_[cell] = 1;
   });
 }
 
@@ -637,7 +642,8 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
     if (search_.level() > touching) view.spot_end = touching;
     return true;
   }
-  if (ends && touching > laid_.view().highest) {
+  // Cells that were laid up to the contact's end, with its margin, go up to it unless the body touches above them.
+  if (ends && (view.least_height > 0.0 ? touched : touching) > laid_.view().highest) {
     view.least_height = touching;
     return true;
   }
