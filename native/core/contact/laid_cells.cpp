@@ -13,6 +13,8 @@ namespace {
 constexpr double kGoesOn = 0.5, kOthersAtLeast = 0.5;
 // Least approach along a cell's own normal over that along the plane's normal.
 constexpr double kLeastLean = 0.5;
+// Cells lie in one row across a tilt if it lifts their middles apart by less than this, over its rise along one cell.
+constexpr double kOneRow = 0.5;
 
 bool any(const std::vector<std::uint8_t>& flags) { return std::find(flags.begin(), flags.end(), 1) != flags.end(); }
 bool all(const std::vector<std::uint8_t>& flags) { return std::find(flags.begin(), flags.end(), 0) == flags.end(); }
@@ -98,6 +100,13 @@ double LaidCells::lifted(const double* slopes) const {
     least = std::min(least, lift), most = std::max(most, lift);
   }
   return std::max(most - least, 0.0);
+}
+
+bool LaidCells::tilts_openly() const {
+  const double* slopes = contact_.slopes();
+  const auto count = static_cast<double>(std::count(pressed().begin(), pressed().end(), 1));
+  const double rise = std::hypot(slopes[0], slopes[1]) * std::sqrt(contact_.pressed_area() / count);
+  return count > 0.0 && rise > contact_.indentation() && lifted(slopes) < kOneRow * rise;
 }
 
 bool LaidCells::centre(Point& at) const {

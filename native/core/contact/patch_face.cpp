@@ -13,6 +13,9 @@ namespace {
 constexpr double kSlanted = 2.25;
 // A cell beside others is left out under a flat face if less than this fraction of it counts.
 constexpr double kSliver = 5e-3;
+// A body ends in a cell at a cliff if it is higher beyond than this, over the largest height of cells. Nor does it go on
+// if the cell is all but whole.
+constexpr double kCliff = 2.0, kNearlyWhole = 0.99;
 // Columns and rows from a cell to those that share a side with it.
 constexpr int kSides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
 // Cells longer than this, over the compliance's resolution, have quadrature points.
@@ -79,11 +82,12 @@ bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_
   } else {
     const SampledLattices::Nodes nodes = lattices_.nodes(number, place);
     cell.whole = nodes.under == 9;
-    goes_on = nodes.finite > nodes.under;
+    goes_on = nodes.goes_on(kCliff * view.highest);
     const double* const over = nodes.finite == 9 ? nodes.over : nullptr;
     if (!cell.whole && !find_covered({lattice, view, column, row, over}, covered)) return false;
   }
   if (!cell.whole) {
+    goes_on = goes_on && covered.area < kNearlyWhole * lattice.size * lattice.width();
     middle = lattice.at(column + 0.5 + covered.x / lattice.size, row + 0.5 + covered.y / lattice.width());
     // Ends are only accurate to a fraction of a cell, so the middle of a sliver may be beyond the sheet.
     if (!view.map->bounds().holds(middle.x, middle.y)) return false;

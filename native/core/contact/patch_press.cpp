@@ -64,7 +64,7 @@ constexpr double kOverlooked = 0.5;      // height of the lowest cell, over how 
 constexpr double kStillOverlooked = 0.25;    // and the same for a cell's height over a point of it while cells are split
 constexpr double kGenerous = 1.2;        // height up to which coarse cells are laid, over the depth,
 constexpr double kCoarse = 0.3;          // and their number over that asked for
-constexpr int kGenerousLooks = 3;        // largest number of looks with coarse cells,
+constexpr int kGenerousLooks = 4;        // largest number of looks with coarse cells,
 constexpr double kMostLift = 0.4;        // and lift of the contact, over the depth, from which there is another one
 constexpr int kSplits = 5;               // largest number of times that cells are split
 constexpr double kUneven = 0.05;         // disagreement of neighbours, over the depth, from which they are split again,
@@ -182,7 +182,7 @@ bool PatchPress::needs_nested(const LawOptions& options) const {
 // the body from one plane, so one tilt leads to the next. Looks may contradict each other, because each lays other
 // cells. False if no contact is found that is as good as the best one; that one stays then.
 bool PatchPress::press_nested(const Problem& problem, const Looks& looks) {
-  const bool open = laid_.tilt() > kMostSlope;
+  const bool open = laid_.tilt() > kMostSlope || laid_.tilts_openly();
   best_ = laid_;
   // The contact leaves a large tilt open, so it is not looked at anew. Energies count from what the search sees.
   if (open && !looks.last_is_best) find_spots(problem, looks.best);
@@ -210,16 +210,18 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
   for (int look = 0; look < kGenerousLooks; ++look) {
     const double higher = look > 0 ? (laid_.ends_early() ? kGenerous : 1.0) * view.least_height : 0.0;
     const NextPart next = next_part();
+    // Neither a contact that misses a part of the body nor one that leaves the tilt open tells where cells are needed.
+    everywhere = everywhere || (look > 0 && (next.share < 1.0 || laid_.tilts_openly()));
     double highest = std::max(kGenerous * laid_.touched_height(true), higher);
     if (next.share < 1.0) highest = std::max(highest, kTouchMargin * next.height);
     view.spot_height = view.least_height = view.most_height = highest;
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] += std::min(next.share, 1.0) * laid_.contact().slopes()[k];
     find_spots(problem, view);
-    everywhere = everywhere || (look > 0 && next.share < 1.0);
     if (everywhere) spots_ = {search_.everything()};
     if (!press(problem, view) || !laid_.contact().exact()) return false;
     const CellContact& contact = laid_.contact();
-    if (laid_.lifted(contact.slopes()) <= kMostLift * contact.indentation() && !laid_.ends_early()) break;
+    const bool lifts = laid_.lifted(contact.slopes()) > kMostLift * contact.indentation();
+    if (!lifts && !laid_.tilts_openly() && !laid_.ends_early()) break;
   }
   return true;
 }

@@ -3,6 +3,7 @@
 // They say which cells count, because the body stands low enough over some node, and number the cells that are laid.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -28,6 +29,11 @@ class SampledLattices {
   struct Nodes {
     double over[9];
     int under, finite;   // at how many of them the body is low enough; at how many there is a body at all
+
+    // Whether the body goes on at some node, higher than its limit by at most `most` [m].
+    bool goes_on(double most) const {
+      return std::any_of(over, over + 9, [most](double one) { return one > 0.0 && one <= most; });
+    }
   };
   // Of a place whose cell does not count; and of one whose cell counts but has no number yet.
   static constexpr std::int32_t kNone = -1, kCounted = -2;
