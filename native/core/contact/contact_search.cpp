@@ -112,6 +112,14 @@ bool ContactSearch::look(const HeightMap& map) {
   return std::isfinite(least_);
 }
 
+// The sample in whose cell of the grid a point lies.
+std::size_t ContactSearch::sample_about(const Point& at) const {
+  const auto cell = [](double part) {
+    return static_cast<std::size_t>(std::min(std::max(part, 0.0), kLines - 1.0));
+  };
+  return cell((at.y - bounds_.south) / step_[1]) * kLines + cell((at.x - bounds_.west) / step_[0]);
+}
+
 // Replace the grid point of the cell in which a point lies, if the point is lower. Of several equally low ones, the one
 // nearest to the grid point is used. A point on the line between cells, within rounding, is offered to all of them.
 void ContactSearch::offer(const Point& at, double height) {
@@ -238,8 +246,11 @@ void ContactSearch::gather_parts() {
   if (members_.size() < part_count_) members_.resize(part_count_);
   if (parts_.size() < part_count_) parts_.resize(part_count_);
   for (std::size_t k = 0; k < part_count_; ++k) members_[k].clear();
+  owners_.assign(heights_.size(), nullptr);
   for (const std::size_t sample : flooded_) {
-    members_[together ? 0 : labels_[sets_.root(sample)]].push_back(grid_point(sample));
+    const std::size_t part = together ? 0 : labels_[sets_.root(sample)];
+    members_[part].push_back(grid_point(sample));
+    owners_[sample] = &parts_[part];
   }
   for (std::size_t k = 0; k < part_count_; ++k) {
     Region region = region_about(members_[k], step_, 0.0, *map_);
@@ -263,7 +274,9 @@ void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& 
   for (std::size_t place = 0; place < kCloser * kCloser; ++place) closer_.push_back(point_of(part, place));
   map.heights(closer_, part.heights);
   for (std::size_t place = 0; place < closer_.size(); ++place) {
-    part.heights[place] -= plane(closer_[place].x, closer_[place].y) + lowest_;
+    const Part* const owner = owners_[sample_about(closer_[place])];
+    const bool other = owner != nullptr && owner != &part;   // as of a body inside a ring
+    part.heights[place] = other ? kNowhere : part.heights[place] - plane(closer_[place].x, closer_[place].y) - lowest_;
   }
 }
 

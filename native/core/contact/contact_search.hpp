@@ -133,6 +133,7 @@ class ContactSearch {
     double length = 0.0;   // of tilts' levers [m]
   };
   Point grid_point(std::size_t sample) const;
+  std::size_t sample_about(const Point& at) const;
   void offer(const Point& at, double height);
   void look_at_rim(const HeightMap& map);
   bool find_ridges(const HeightMap& map, const Plane& plane, const SearchLoad& load, double length);
@@ -179,6 +180,7 @@ class ContactSearch {
   std::vector<std::vector<Point>> members_;
   std::vector<std::size_t> labels_;
   std::vector<Part> parts_;
+  std::vector<const Part*> owners_;   // the part of each sample under the level; null for others
   std::size_t part_count_ = 0;
   std::vector<Spot> spots_, along_ridges_;
   std::vector<Point> chosen_;
