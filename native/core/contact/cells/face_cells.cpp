@@ -14,6 +14,9 @@ constexpr double kSimplified = 1e-3;
 // Most cells that a face gets so that they are no wider than wanted. A face that moves takes about twice as long with
 // so many as with 20. With 600 it would take twenty times as long.
 constexpr double kMostForWidth = 200.0;
+// A face gets more cells if the square of its rim's length over its area is more than kSlender times that of a square,
+// in proportion to it, up to this number.
+constexpr double kSlender = 3.0, kMostForRim = 30.0;
 // There are two rings if at least this fraction of the cells is left for the squares.
 constexpr double kEnoughInside = 0.25;
 // Number of layouts tried for the wanted number of cells. A layout is accepted if the logarithm of its number over the
@@ -62,6 +65,9 @@ bool FaceCells::make(const Outline& outline, const CellCount& asked, Face& face,
   const double area = outline_.area();
   auto count = static_cast<double>(std::max(asked.count, std::size_t{1}));
   if (asked.widest > 0.0) count = std::max(count, std::min(area / (asked.widest * asked.widest), kMostForWidth));
+  // Thin frames have much rim and little area. The star is the most slender of the seven punches, with 2.9.
+  const double slender = outline_.length() * outline_.length() / (16.0 * area);
+  count = std::max(count, std::min(count * slender / kSlender, kMostForRim));
   // Each piece of a face has its own rim.
   count *= std::sqrt(static_cast<double>(outline_.outer_loops()));
   const double wanted = std::min(count, static_cast<double>(kMostCells));
