@@ -132,8 +132,10 @@ def test_cells_fill_the_outline(shape, count):
 @pytest.mark.parametrize("shape", [name for name in SHAPES if name != "comb"])
 @pytest.mark.parametrize("count", COUNTS)
 def test_there_are_about_as_many_as_wanted(shape, count):
-    """More on faces of several pieces, because each has its own rim."""
-    wanted = math.sqrt(shapely.get_num_geometries(SHAPES[shape])) * count
+    """More on thin faces, up to 30, and on faces of several pieces, because each has its own rim."""
+    outline = SHAPES[shape]
+    slender = outline.length**2 / (16 * outline.area)
+    wanted = math.sqrt(shapely.get_num_geometries(outline)) * max(count, min(count * slender / 3, 30))
     assert 0.8 * wanted <= made(SHAPES[shape], count).count <= 1.25 * wanted
 
 
