@@ -11,9 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from quadratic_bricks import ELEMENT, degrees_of_freedom, nodes_along
 from scipy.optimize import root_scalar
 from scipy.sparse.linalg import splu
-from skfem import Basis, BilinearForm, ElementHex2, ElementVector, MeshHex, MeshHex2
+from skfem import Basis, BilinearForm, MeshHex, MeshHex2
 from skfem.helpers import ddot, sym_grad, trace
 
 from mjtactile._types import Array
@@ -81,17 +82,10 @@ class QuarterPad:
         self, lines: tuple[Array, Array, Array], place: Callable[[Array, Array, Array], Array], material: IsotropicSolid
     ) -> None:
         self._lines, self._lame = lines, material.lame
-        nodes = [np.sort(np.concatenate([line, (line[1:] + line[:-1]) / 2])) for line in lines]
         bricks = MeshHex.init_tensor(*lines)
-        element = ElementVector(ElementHex2())
-        plain = Basis(bricks, element, intorder=2)
-        at = [np.abs(along[:, None] - where).argmin(axis=0) for along, where in zip(nodes, plain.doflocs, strict=True)]
-        self._dofs = np.empty((*(len(along) for along in nodes), 3), dtype=int)
-        for component in range(3):
-            own = plain.get_dofs(elements=True).all(f"u^{component + 1}")
-            self._dofs[at[0][own], at[1][own], at[2][own], component] = own
+        self._dofs = degrees_of_freedom(bricks, lines)
         #: Positions of the nodes [m], shape (x, y, depth, 3).
-        self.nodes: Array = place(*np.meshgrid(*nodes, indexing="ij"))
+        self.nodes: Array = place(*np.meshgrid(*map(nodes_along, lines), indexing="ij"))
         curved = MeshHex2.from_mesh(bricks)
         curved = MeshHex2(place(*curved.doflocs).T, curved.t)
 
@@ -101,7 +95,7 @@ class QuarterPad:
         def stiffness(u, v, _):
             return lame * trace(sym_grad(u)) * trace(sym_grad(v)) + 2 * mu * ddot(sym_grad(u), sym_grad(v))
 
-        whole = stiffness.assemble(Basis(curved, element, intorder=5)).tocsc()
+        whole = stiffness.assemble(Basis(curved, ELEMENT, intorder=5)).tocsc()
         held = [self._dofs[:, :, -1].ravel(), self._dofs[0, :, :, 0].ravel(), self._dofs[:, 0, :, 1].ravel()]
         self._free = np.setdiff1d(np.arange(self._dofs.size), np.concatenate(held))
         options = {"SymmetricMode": True}

@@ -9,7 +9,8 @@ import pytest
 import scipy.sparse
 import scipy.sparse.linalg
 from closed_forms import confined_modulus
-from skfem import Basis, BilinearForm, ElementHex2, ElementVector, Functional, LinearForm, MeshHex, MeshHex2
+from quadratic_bricks import ELEMENT, degrees_of_freedom
+from skfem import Basis, BilinearForm, Functional, LinearForm, MeshHex, MeshHex2
 from skfem.helpers import ddot, div, sym_grad
 
 from mjtactile._types import Array
@@ -214,27 +215,21 @@ def test_elements_are_those_that_scikit_fem_assembles(surface):
     """The same energy, integrated over scikit-fem's quadratic hexahedra with the same nodes, and five Gauss points."""
     middle = SheetMesh(Line(X.vertices[1:4]), Line(Y.vertices[1:4]), Z, layered_mesh().materials)
     mesh = middle if surface is None else replace(middle, outer=surface)
-    bricks = MeshHex.init_tensor(mesh.x.vertices, mesh.y.vertices, mesh.z.vertices)
+    lines = (mesh.x.vertices, mesh.y.vertices, mesh.z.vertices)
+    bricks = MeshHex.init_tensor(*lines)
     plain = MeshHex2.from_mesh(bricks)
     x, y, minus_depth = plain.doflocs
     curved = MeshHex2(mesh.outer.positions(x, y, -minus_depth).T, plain.t)
-    element = ElementVector(ElementHex2())
     number = np.arange(3 * mesh.z.node_count * mesh.y.node_count * mesh.x.node_count)
     number = number.reshape(mesh.z.node_count, mesh.y.node_count, mesh.x.node_count, 3)
-    at = [
-        np.abs(line.nodes[:, None] - where).argmin(axis=0)
-        for line, where in zip((mesh.x, mesh.y, mesh.z), Basis(bricks, element, intorder=1).doflocs, strict=True)
-    ]
     own = np.empty(number.size, dtype=int)  # our number of each of scikit-fem's degrees of freedom
-    for component in range(3):
-        dofs = Basis(bricks, element, intorder=1).get_dofs(elements=True).all(f"u^{component + 1}")
-        own[dofs] = number[at[2][dofs], at[1][dofs], at[0][dofs], component]
+    own[degrees_of_freedom(bricks, lines)] = number.transpose(2, 1, 0, 3)
 
     expected = np.zeros((number.size, number.size))
     middles = bricks.p[2][bricks.t].mean(axis=0)
     for cell in range(bricks.t.shape[1]):
         layer = mesh.materials[mesh.z.locate(middles[[cell]])[0][0]]
-        basis = Basis(curved, element, intorder=9, elements=np.array([cell]))
+        basis = Basis(curved, ELEMENT, intorder=9, elements=np.array([cell]))
         shear = BilinearForm(lambda u, v, _: 2 * ddot(sym_grad(u), sym_grad(v))).assemble(basis)
         pressures = [np.ones(len(basis.W))[None], *(2 * basis.X - 1)[:, None]]
         moment, mass = LinearForm(lambda v, w: w["p"] * div(v)), Functional(lambda w: w["p"] * w["q"])
