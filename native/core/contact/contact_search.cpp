@@ -112,23 +112,22 @@ bool ContactSearch::look(const HeightMap& map) {
   return std::isfinite(least_);
 }
 
+// The grid's column or row that is some steps from its first side.
+std::size_t ContactSearch::line_at(double steps) {
+  return static_cast<std::size_t>(std::min(std::max(steps, 0.0), kLines - 1.0));
+}
+
 // The sample in whose cell of the grid a point lies.
 std::size_t ContactSearch::sample_about(const Point& at) const {
-  const auto cell = [](double part) {
-    return static_cast<std::size_t>(std::min(std::max(part, 0.0), kLines - 1.0));
-  };
-  return cell((at.y - bounds_.south) / step_[1]) * kLines + cell((at.x - bounds_.west) / step_[0]);
+  return line_at((at.y - bounds_.south) / step_[1]) * kLines + line_at((at.x - bounds_.west) / step_[0]);
 }
 
 // Replace the grid point of the cell in which a point lies, if the point is lower. Of several equally low ones, the one
 // nearest to the grid point is used. A point on the line between cells, within rounding, is offered to all of them.
 void ContactSearch::offer(const Point& at, double height) {
-  const auto cell = [](double part) {
-    return static_cast<std::size_t>(std::min(std::max(part, 0.0), kLines - 1.0));
-  };
   const double column = (at.x - bounds_.west) / step_[0], row = (at.y - bounds_.south) / step_[1];
-  for (std::size_t j = cell(row - kOnLine); j <= cell(row + kOnLine); ++j) {
-    for (std::size_t i = cell(column - kOnLine); i <= cell(column + kOnLine); ++i) {
+  for (std::size_t j = line_at(row - kOnLine); j <= line_at(row + kOnLine); ++j) {
+    for (std::size_t i = line_at(column - kOnLine); i <= line_at(column + kOnLine); ++i) {
       const std::size_t sample = j * kLines + i;
       const Point middle = grid_point(sample), &kept = points_[sample];
       const bool nearer =

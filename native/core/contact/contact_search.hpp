@@ -133,6 +133,7 @@ class ContactSearch {
     double length = 0.0;   // of tilts' levers [m]
   };
   Point grid_point(std::size_t sample) const;
+  static std::size_t line_at(double steps);
   std::size_t sample_about(const Point& at) const;
   void offer(const Point& at, double height);
   void look_at_rim(const HeightMap& map);
