@@ -227,30 +227,33 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
 }
 
 // Choose cells to split: all that press or are beside such, or those with uneven neighbours. If they are too many, only
-// the most uneven ones. Those that overlook a part of the body are split in any case.
+// the most uneven ones. Those that overlook a part of the body are split as well, as long as cells are not too many for
+// any number asked for.
 void PatchPress::choose_to_split(const LawOptions& options, bool all) {
   const double most = std::min(kMostSplit * static_cast<double>(options.cells), kManySplit);
   if (all) {
     laid_.cells().find_around(laid_.pressed(), chosen_);
     if (!too_many_to_split(most)) return;
   }
-  double least = kUneven * laid_.contact().indentation();
-  do {
+  double least = kUneven * laid_.contact().indentation(), much = kStillOverlooked * laid_.contact().lowered();
+  for (;;) {
     laid_.cells().find_rough(laid_.pressed(), least, chosen_);
-    least *= kMoreUneven;
-  } while (too_many_to_split(most));
-  add_overlooking();
+    const bool few = !too_many_to_split(most);
+    if (few) add_overlooking(much);
+    if (few && !too_many_to_split(kManySplit)) return;
+    (few ? much : least) *= kMoreUneven;
+  }
 }
 
-// Add the cells that hold a much lower point of the body than their height tells.
-void PatchPress::add_overlooking() {
+// Add the cells that hold a point of the body lower than their height tells by `much` [m].
+void PatchPress::add_overlooking(double much) {
   const double lowered = laid_.contact().lowered();
   search_.each_sample(seen_plane(), [&](const Point& at, double height) {
     if (!(height < lowered)) return;
     const std::int32_t number = laid_.cells().lattices().number_at(at);
     if (number < 0) return;
     const auto cell = static_cast<std::size_t>(number);
-    if (laid_.heights()[cell] - height > kStillOverlooked * lowered) chosen_[cell] = 1;
+    if (laid_.heights()[cell] - height > much) chosen_[cell] = 1;
   });
 }
 

@@ -141,7 +141,7 @@ class PatchPress {
   bool press_nested(const Problem& problem, const Looks& looks);
   bool press_generous(const Problem& problem, Viewpoint view);
   void choose_to_split(const LawOptions& options, bool all);
-  void add_overlooking();
+  void add_overlooking(double much);
   bool too_many_to_split(double most) const;
   bool split_pressed(const Problem& problem);
   // Whether all cells press, and the body has no other part over the sheet that could.
