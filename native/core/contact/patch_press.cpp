@@ -184,7 +184,7 @@ bool PatchPress::needs_nested(const LawOptions& options) const {
 bool PatchPress::press_nested(const Problem& problem, const Looks& looks) {
   const bool open = laid_.tilt() > kMostSlope || laid_.tilts_openly();
   best_ = laid_;
-  // The contact leaves a large tilt open, so it is not looked at anew. Energies count from what the search sees.
+  // A contact that leaves its tilt open is not looked at anew. Energies count from what the search sees.
   if (open && !looks.last_is_best) find_spots(problem, looks.best);
   bool solved = open || press_generous(problem, looks.best);
   const std::size_t coarse = laid_.count();
