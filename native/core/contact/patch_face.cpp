@@ -13,8 +13,8 @@ namespace {
 constexpr double kSlanted = 2.25;
 // A cell beside others is left out under a flat face if less than this fraction of it counts.
 constexpr double kSliver = 5e-3;
-// A body ends in a cell at a cliff if it is higher beyond than this, over the largest height of cells. Nor does it go on
-// if the cell is all but whole.
+// A body ends in a cell at a cliff if it is higher beyond than this, over the largest height of cells. Nor does it go
+// on if the cell is all but whole.
 constexpr double kCliff = 2.0, kNearlyWhole = 0.99;
 // Columns and rows from a cell to those that share a side with it.
 constexpr int kSides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};

@@ -59,9 +59,9 @@ constexpr double kManySheared = 60.0;    // that number if shear is solved for a
 // rough and have several spots.
 constexpr double kNestedSmooth = 1.0;    // roughness over the depth, times the number of cells asked for, up to which a
                                          // contact is smooth
-constexpr double kOverlooked = 0.5;      // height of the lowest cell, over how far the body comes down, from which cells
-                                         // overlook a part of it,
-constexpr double kStillOverlooked = 0.25;    // and the same for a cell's height over a point of it while cells are split
+constexpr double kOverlooked = 0.5;      // height of the lowest cell, over how far the body comes down, from which
+                                         // cells overlook a part of it,
+constexpr double kStillOverlooked = 0.25;   // and the same for a cell's height over a point of it while cells are split
 constexpr double kGenerous = 1.2;        // height up to which coarse cells are laid, over the depth,
 constexpr double kCoarse = 0.3;          // and their number over that asked for
 constexpr int kGenerousLooks = 4;        // largest number of looks with coarse cells,

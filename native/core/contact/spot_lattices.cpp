@@ -94,8 +94,9 @@ void SpotLattices::lay(const Look& look, SampledLattices& lattices) {
   lay_all(look, lattices);
 }
 
-// False if a strip is wide for its cells, which then need not follow the ridge, or if the cells miss most of the ridges:
-// the search finds these on lines that are closer than those of the cells, and a rough body has some between the latter.
+// False if a strip is wide for its cells, which then need not follow the ridge, or if the cells miss most of the
+// ridges: the search finds these on lines that are closer than those of the cells, and a rough body has some between
+// the latter.
 bool SpotLattices::lay_along_ridges(const Look& look, SampledLattices& lattices) {
   follows_.clear();
   for (const Spot& spot : spots_) follows_.push_back(spot.is_open() ? 1 : 0);
