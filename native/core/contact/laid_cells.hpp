@@ -47,8 +47,8 @@ class LaidCells {
   double likely_height(double level) const;
   // Difference of height that a tilt makes between the pressed cells [m].
   double lifted(const double* slopes) const;
-  // Whether the pressed cells leave the tilt open: they lie in one row across it, and it raises their sides by more than
-  // the depth of the contact.
+  // Whether the pressed cells leave the tilt open: they lie in one row across it, and it raises their sides by more
+  // than the depth of the contact.
   bool tilts_openly() const;
   // The centre of pressure. False if no cell presses.
   bool centre(Point& at) const;
