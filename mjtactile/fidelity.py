@@ -264,8 +264,8 @@ def as_fidelity(fidelity: str | Fidelity) -> Fidelity:
         return fidelity
     if not (isinstance(fidelity, str) and fidelity in PRESETS):
         raise PresetError(
-            f"fidelity {shortened(fidelity)} does not exist. Available: {', '.join(PRESETS)}; in Python also a Fidelity, "
-            "such as Fidelity(mesh='draft')."
+            f"fidelity {shortened(fidelity)} does not exist. Available: {', '.join(PRESETS)}; in Python also a "
+            "Fidelity, such as Fidelity(mesh='draft')."
         )
     return PRESETS[fidelity]
 
