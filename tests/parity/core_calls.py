@@ -6,9 +6,13 @@ import ctypes
 from dataclasses import dataclass
 
 import numpy as np
+from lower_surfaces import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose, Shape
 
+import mjtactile
 from mjtactile._native import contiguous, library, pointer
 from mjtactile._types import Array
+from mjtactile.contact.core_pad import contact_pad
+from mjtactile.contact.footprint import FACING_GAP
 
 _REFUSED, _SLIDES, _SIMPLIFIED = 1, 2, 4
 
@@ -88,3 +92,68 @@ def surface_shear(
         pointer(forces),
     )
     return SurfaceShear(forces, bool(told & _REFUSED), bool(told & _SLIDES), bool(told & _SIMPLIFIED))
+
+
+def shape_numbers(shape: Shape) -> tuple[int, tuple[float, float, float]]:
+    """Number of a shape's kind in the core, and its size [m]."""
+    match shape:
+        case Ellipsoid(semi_axes):
+            return 0, semi_axes
+        case Capsule(radius, half_length):
+            return 1, (radius, half_length, 0.0)
+        case Cylinder(radius, half_length):
+            return 2, (radius, half_length, 0.0)
+        case Box(half_sizes):
+            return 3, half_sizes
+        case HalfSpace():
+            return 4, (0.0, 0.0, 0.0)
+    raise TypeError(f"the core knows no {type(shape).__name__}")
+
+
+def pose_numbers(pose: Pose) -> Array:
+    """A pose as the core takes it, shape (12,)."""
+    return contiguous([*pose.position, *pose.rotation.ravel()])
+
+
+def press_body(
+    influence: mjtactile.InfluenceMatrices,
+    body: ctypes.c_void_p,
+    pose: Pose,
+    wrench: Array,
+    *,
+    law: str = "elastic",
+    cells: int,
+    sunk: float = 0.0,
+    strength: float = 0.0,
+) -> tuple[Array, Array]:
+    """Nodal forces (nodes y, nodes x, 3) [N] and the carried wrench (6,) of a body that may tilt.
+
+    Args:
+        influence: of the pad.
+        body: in the core.
+        pose: of the body in the pad frame.
+        wrench: on the pad, about its origin [N, N m], shape (6,).
+        law: contact law.
+        cells: wanted number of contact cells.
+        sunk: how deep MuJoCo lets the body sink in [m].
+        strength: largest mean pressure [Pa]; 0 for no bound.
+    """
+    forces, carried = np.empty((*influence.surface.node_shape, 3)), np.empty(6)
+    where, wrench = pose_numbers(pose), contiguous(wrench)
+    assert library().mjt_body_press(
+        contact_pad(influence).handle,
+        body,
+        pointer(where),
+        pointer(wrench),
+        ctypes.c_double(sunk),
+        law.encode(),
+        b"proportional",
+        ctypes.c_int(1),
+        ctypes.c_double(-1.0),
+        ctypes.c_double(strength),
+        ctypes.c_double(FACING_GAP),
+        ctypes.c_size_t(cells),
+        pointer(forces),
+        pointer(carried),
+    )
+    return forces, carried

@@ -6,10 +6,10 @@ import ctypes
 import functools
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 import shapely
 import trimesh
+from core_calls import pose_numbers, press_body, shape_numbers
 from curved_pads import BULGES
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -21,7 +21,7 @@ import mjtactile
 from mjtactile._native import contiguous, library, pointer
 from mjtactile._types import Array
 from mjtactile.contact.core_pad import contact_pad, give_springs
-from mjtactile.contact.footprint import FACING_GAP, Footprint
+from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.foundation import foundation_springs
 from mjtactile.contact.laws import BY_NAME as LAWS
 from mjtactile.geometry.lower_surface import LowerSurface
@@ -81,12 +81,12 @@ class CoreBody:
     def __init__(self, name: str) -> None:
         shape = SHAPES[name]
         is_mesh = isinstance(shape, trimesh.Trimesh)
-        self._surface = LowerSurface.of_solid(shape) if is_mesh else LowerSurface._of_shape(*_kind(shape))
+        self._surface = LowerSurface.of_solid(shape) if is_mesh else LowerSurface._of_shape(*shape_numbers(shape))
         self.handle = self._surface.handle
 
     def heights(self, pose: Pose, points: Array, ceiling: float = CEILING) -> Array | None:
         """Lower surface over points (count, 2) [m]; None where nothing of it is over the sheet."""
-        found, where, sheet, points = np.empty(len(points)), numbers(pose), np.array(SHEET), contiguous(points)
+        found, where, sheet, points = np.empty(len(points)), pose_numbers(pose), np.array(SHEET), contiguous(points)
         there = library().mjt_body_heights(
             self.handle,
             pointer(where),
@@ -101,43 +101,7 @@ class CoreBody:
 
     def press(self, influence: mjtactile.InfluenceMatrices, pose: Pose, wrench: Array, law: str) -> tuple[Array, Array]:
         """Nodal forces (nodes y, nodes x, 3) [N], and the wrench carried (6,)."""
-        forces, carried = np.empty((*influence.surface.node_shape, 3)), np.empty(6)
-        where = numbers(pose)
-        whole = library().mjt_body_press(
-            contact_pad(influence).handle,
-            self.handle,
-            pointer(where),
-            pointer(wrench),
-            ctypes.c_double(0.0),
-            law.encode(),
-            b"proportional",
-            ctypes.c_int(1),
-            ctypes.c_double(-1.0),
-            ctypes.c_double(0.0),
-            ctypes.c_double(FACING_GAP),
-            ctypes.c_size_t(CELLS),
-            pointer(forces),
-            pointer(carried),
-        )
-        assert whole
-        return forces, carried
-
-
-def _kind(shape: Shape) -> tuple[int, tuple[float, float, float]]:
-    match shape:
-        case Ellipsoid(semi_axes):
-            return 0, semi_axes
-        case Capsule(radius, half_length):
-            return 1, (radius, half_length, 0.0)
-        case Cylinder(radius, half_length):
-            return 2, (radius, half_length, 0.0)
-        case Box(half_sizes):
-            return 3, half_sizes
-    return 4, (0.0, 0.0, 0.0)
-
-
-def numbers(pose: Pose) -> npt.NDArray[np.float64]:
-    return np.concatenate([pose.position, pose.rotation.ravel()])
+        return press_body(influence, self.handle, pose, wrench, law=law, cells=CELLS)
 
 
 @functools.cache

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from core_calls import pose_numbers, press_body, shape_numbers
 from dense_contact import Body, dense_readings
 from lower_surfaces import Box, Ellipsoid, Pose
 from scipy.spatial.transform import Rotation
@@ -16,8 +17,6 @@ from shapely import Polygon
 import mjtactile
 from mjtactile._native import contiguous, library, pointer
 from mjtactile._types import Array
-from mjtactile.contact.core_pad import contact_pad
-from mjtactile.contact.footprint import FACING_GAP
 from mjtactile.influence.surface_load import SurfaceLoad
 
 MM = 1e-3
@@ -130,31 +129,14 @@ def influence_of(pad: mjtactile.Pad | None) -> mjtactile.InfluenceMatrices:
 
 def pressed(case: Case, cells: int) -> Array:
     """Readings of the core with some number of contact cells [Pa]."""
-    influence, core = influence_of(case.pad), library()
+    influence, core, strength = influence_of(case.pad), library(), influence_of(case.pad).pad.layers[0].young
     body = ctypes.c_void_p(core.mjt_body_new())
     for shape, middle in case.parts:
-        is_box = isinstance(shape, Box)
-        size, place = contiguous(shape.half_sizes if is_box else shape.semi_axes), np.array(middle) * MM
-        where = contiguous([*place, *np.eye(3).ravel()])
-        core.mjt_body_add_shape(body, ctypes.c_int(3 if is_box else 0), pointer(size), pointer(where))
-    where, wrench = contiguous([*case.pose.position, *case.pose.rotation.ravel()]), contiguous(case.wrench)
-    forces, carried = np.empty((*influence.surface.node_shape, 3)), np.empty(6)
-    assert core.mjt_body_press(
-        contact_pad(influence, stress=True).handle,
-        body,
-        pointer(where),
-        pointer(wrench),
-        ctypes.c_double(2e-5),
-        b"elastic",
-        b"proportional",
-        ctypes.c_int(1),
-        ctypes.c_double(-1.0),
-        ctypes.c_double(influence.pad.layers[0].young),
-        ctypes.c_double(FACING_GAP),
-        ctypes.c_size_t(cells),
-        pointer(forces),
-        pointer(carried),
-    )
+        kind, size = shape_numbers(shape)
+        size, place = contiguous(size), pose_numbers(Pose(np.array(middle) * MM, np.eye(3)))
+        core.mjt_body_add_shape(body, ctypes.c_int(kind), pointer(size), pointer(place))
+    wrench = case.wrench
+    forces, carried = press_body(influence, body, case.pose, wrench, cells=cells, sunk=2e-5, strength=strength)
     core.mjt_body_free(body)
     np.testing.assert_allclose(carried, wrench, rtol=0.0, atol=1e-9 * case.force)
     return influence.readings(SurfaceLoad(forces, influence.surface, Polygon()))

@@ -425,8 +425,7 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
 
 Spot ContactSearch::everything() const {
   const double width = bounds_.east - bounds_.west, height = bounds_.north - bounds_.south;
-  const Point centre = {(bounds_.west + bounds_.east) / 2, (bounds_.south + bounds_.north) / 2};
-  return {{centre, 0.0, width, height}, width * height, width + height};
+  return {{bounds_.middle(), 0.0, width, height}, width * height, width + height};
 }
 
 // Find ridges if some spot is open, as narrow and bent contacts are. `length`: of all spots [m]. False if the ridges do
@@ -595,7 +594,7 @@ bool ContactSearch::lower_than(const Plane& seen, double height, const std::vect
 Plane ContactSearch::resting(const SearchLoad& load) {
   SpringFrame frame;
   frame.length = std::sqrt(bounds_.area());
-  frame.middle = {(bounds_.west + bounds_.east) / 2, (bounds_.south + bounds_.north) / 2};
+  frame.middle = bounds_.middle();
   Plane plane = {{0.0, 0.0}, load.through};
   Point inside;
   if (std::isinf(load.modulus)) return plane;  // a law without compliance, for which the pad may have none

@@ -393,7 +393,7 @@ bool OutlineLoops::find_extent(const Outline& outline) {
       bounds = around(bounds, turned(corner, cosine_, -sine_));
     }
   }
-  middle_ = {(bounds.west + bounds.east) / 2, (bounds.south + bounds.north) / 2};
+  middle_ = bounds.middle();
   width_ = bounds.east - bounds.west, height_ = bounds.north - bounds.south;
   return extent() > 0.0 && std::isfinite(extent());
 }

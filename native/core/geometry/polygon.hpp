@@ -27,6 +27,7 @@ struct Rectangle {
     return west <= other.east && east >= other.west && south <= other.north && north >= other.south;
   }
   double area() const { return (east - west) * (north - south); }
+  Point middle() const { return {(west + east) / 2, (south + north) / 2}; }
 };
 
 // Intersection of two rectangles. If it is empty, west is beyond east or south beyond north.

@@ -27,7 +27,7 @@ constexpr double kMargin = 0.02;
 bool goes_in(const OuterSurface& surface, const double* along, const double* nearest, double size, Point& found,
              SurfacePoint& under) {
   const Rectangle& sheet = surface.sheet();
-  const Point middle = {(sheet.west + sheet.east) / 2, (sheet.south + sheet.north) / 2};
+  const Point middle = sheet.middle();
   // Start outside, above the surface. If the surface is convex, Newton's iteration then approaches the entry point
   // without overshooting.
   double at = -(along[0] * (nearest[0] - middle.x) + along[1] * (nearest[1] - middle.y) + along[2] * nearest[2]) - size;
