@@ -14,7 +14,7 @@ TESTS = [
     *(f"tests/plugin/test_{name}.py" for name in ("plugin", "plugin_sleep")),
 ]
 #: Memory is measured there, another process is begun without the sanitizer, or meshes are large.
-LEFT_OUT = "not fine_ball and not memory and not orders and not nodal_forces_of_any and not random_gaps"
+LEFT_OUT = "not fine_ball and not memory and not either_order and not nodal_forces_of_any and not random_gaps"
 
 
 @pytest.mark.slow

@@ -16,6 +16,8 @@ constexpr double kSliver = 5e-3;
 // A body ends in a cell at a cliff if it is higher beyond than this, over the largest height of cells. Nor does it go
 // on if the cell is all but whole.
 constexpr double kCliff = 2.0, kNearlyWhole = 0.99;
+// Rise of the body across a cell from which it is rough, over the disagreement of neighbours from which these are.
+constexpr double kSteep = 4.0;
 // Columns and rows from a cell to those that share a side with it.
 constexpr int kSides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
 // Cells longer than this, over the compliance's resolution, have quadrature points.
@@ -234,12 +236,17 @@ double PatchFace::roughness(const std::vector<std::uint8_t>& pressed, double mos
   return area > 0.0 ? std::sqrt(squares / area) : 0.0;
 }
 
-void PatchFace::find_rough(const std::vector<std::uint8_t>& pressed, double least,
+void PatchFace::find_rough(const std::vector<std::uint8_t>& pressed, const double* slopes, double least,
                            std::vector<std::uint8_t>& rough) const {
   rough.assign(cells_.size(), 0);
   each_pair(pressed, [&](std::size_t one, std::size_t other, double apart) {
     if (apart > least) rough[one] = rough[other] = 1;
   });
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    if (!pressed[i]) continue;
+    const double size = std::sqrt(cells_[i].sides[0] * cells_[i].sides[1]);
+    if (std::hypot(gradients_[i].x - slopes[0], gradients_[i].y - slopes[1]) * size > kSteep * least) rough[i] = 1;
+  }
 }
 
 void PatchFace::find_rim(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& rim) const {

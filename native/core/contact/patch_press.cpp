@@ -10,7 +10,8 @@ namespace mjtactile {
 namespace {
 
 // Looks. A look finds the spots that may touch as one plane sees the body, lays cells on them and presses them.
-constexpr int kLooks = 6;                // largest number of looks at one contact
+constexpr int kLooks = 6;                // largest number of looks at one contact,
+constexpr int kMoreLooks = 3;            // and of further ones, as long as each is the best
 constexpr int kMoves = 2;                // largest number of looks for other parts, if those seen do not carry the load
 constexpr double kRaise = 2.0;           // factor on the height up to which these are searched for
 constexpr int kStepsBack = 2;            // largest number of steps back from a tilt that was too large
@@ -63,10 +64,11 @@ constexpr double kOverlooked = 0.5;      // height of the lowest cell, over how 
                                          // cells overlook a part of it,
 constexpr double kStillOverlooked = 0.25;   // and the same for a cell's height over a point of it while cells are split
 constexpr double kGenerous = 1.2;        // height up to which coarse cells are laid, over the depth,
-constexpr double kCoarse = 0.3;          // and their number over that asked for
+constexpr double kCoarse = 0.3;          // their number over that asked for,
+constexpr double kFewest = 16.0;         // and their least number where they are laid under all of the body
 constexpr int kGenerousLooks = 4;        // largest number of looks with coarse cells,
 constexpr double kMostLift = 0.4;        // and lift of the contact, over the depth, from which there is another one
-constexpr int kSplits = 5;               // largest number of times that cells are split
+constexpr int kSplits = 7;               // largest number of times that cells are split
 constexpr double kUneven = 0.05;         // disagreement of neighbours, over the depth, from which they are split again,
 constexpr double kMoreUneven = 1.3;      // and factor on it if there are too many
 constexpr double kMostSplit = 4.0;       // largest number of cells over that asked for,
@@ -139,7 +141,8 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
   looks.view = first_view(problem);
   looks.best = looks.onward = looks.view;
   if (!look_first(problem, looks)) return false;
-  for (int look = 1; look < kLooks && choose_view(problem, looks); ++look) {
+  const auto most_looks = [&] { return looks.last_is_best ? kLooks + kMoreLooks : kLooks; };
+  for (int look = 1; look < most_looks() && choose_view(problem, looks); ++look) {
     if (looks.last_is_best) std::swap(laid_, best_);
     find_spots(problem, looks.view);
     judge(problem, press(problem, looks.view), look + 2 < kLooks, looks);
@@ -194,8 +197,8 @@ bool PatchPress::press_nested(const Problem& problem, const Looks& looks) {
     solved = split_pressed(problem);
     if (laid_.count() == before) break;
   }
-  const bool better = solved && laid_.count() > coarse && !laid_.goes_beyond() &&
-                      !is_worse(merit(problem.load, next_part(), problem.options), looks.best_merit, kEnergyMargin);
+  const bool better = solved && laid_.count() > coarse &&
+                      !is_worse(merit(problem.load, problem.options), looks.best_merit, kEnergyMargin);
   if (!better) std::swap(laid_, best_);
   settled_ = settled_ || better;
   return better;
@@ -206,22 +209,23 @@ bool PatchPress::press_nested(const Problem& problem, const Looks& looks) {
 bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
   view.finer = kCoarse;
   view.end_height = view.spot_end = 0.0;
-  bool everywhere = false;
+  bool uncovered = false;
   for (int look = 0; look < kGenerousLooks; ++look) {
     const double higher = look > 0 ? (laid_.ends_early() ? kGenerous : 1.0) * view.least_height : 0.0;
     const NextPart next = next_part();
     // Neither a contact that misses a part of the body nor one that leaves the tilt open tells where cells are needed.
-    everywhere = everywhere || (look > 0 && (next.share < 1.0 || laid_.tilts_openly()));
+    view.everywhere = view.everywhere || uncovered || (look > 0 && (next.share < 1.0 || laid_.tilts_openly()));
+    if (view.everywhere) view.finer = std::max(kCoarse, kFewest / static_cast<double>(problem.options.cells));
     double highest = std::max(kGenerous * laid_.touched_height(true), higher);
     if (next.share < 1.0) highest = std::max(highest, kTouchMargin * next.height);
     view.spot_height = view.least_height = view.most_height = highest;
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] += std::min(next.share, 1.0) * laid_.contact().slopes()[k];
     find_spots(problem, view);
-    if (everywhere) spots_ = {search_.everything()};
     if (!press(problem, view) || !laid_.contact().exact()) return false;
     const CellContact& contact = laid_.contact();
     const bool lifts = laid_.lifted(contact.slopes()) > kMostLift * contact.indentation();
-    if (!lifts && !laid_.tilts_openly() && !laid_.ends_early()) break;
+    uncovered = leaves_uncovered();
+    if (!lifts && !uncovered && !laid_.tilts_openly() && !laid_.ends_early()) break;
   }
   return true;
 }
@@ -237,7 +241,7 @@ void PatchPress::choose_to_split(const LawOptions& options, bool all) {
   }
   double least = kUneven * laid_.contact().indentation(), much = kStillOverlooked * laid_.contact().lowered();
   for (;;) {
-    laid_.cells().find_rough(laid_.pressed(), least, chosen_);
+    laid_.cells().find_rough(laid_.pressed(), laid_.contact().slopes(), least, chosen_);
     const bool few = !too_many_to_split(most);
     if (few) add_overlooking(much);
     if (few && !too_many_to_split(kManySplit)) return;
@@ -255,6 +259,16 @@ void PatchPress::add_overlooking(double much) {
     const auto cell = static_cast<std::size_t>(number);
     if (laid_.heights()[cell] - height > much) chosen_[cell] = 1;
   });
+}
+
+// Whether a point that the body presses deeply lies under no cell.
+bool PatchPress::leaves_uncovered() const {
+  const double deep = (1.0 - kStillOverlooked) * laid_.contact().lowered();
+  bool found = false;
+  search_.each_sample(seen_plane(), [&](const Point& at, double height) {
+    found = found || (height < deep && laid_.cells().lattices().number_at(at) < 0);
+  });
+  return found;
 }
 
 // Whether there would be more than `most` cells if the chosen ones were split.
@@ -323,7 +337,7 @@ SearchLoad PatchPress::load_of(const double* wrench, const ContactSurface& surfa
 
 PatchPress::Viewpoint PatchPress::first_view(const Problem& problem) const {
   constexpr double first = SpotLattices::kHeightFactor;
-  Viewpoint view = {{{0.0, 0.0}, problem.load.through}, first, 0.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0}, 1.0};
+  Viewpoint view = {{{0.0, 0.0}, problem.load.through}, first, 0.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0}, 1.0, false};
   if (problem.options.tilting) view.plane = first_plane(problem);
   return view;
 }
@@ -430,6 +444,7 @@ void PatchPress::find_spots(const Problem& problem, const Viewpoint& view) {
   load.reach = view.spot_height;
   if (view.spot_end > 0.0) load.end = view.spot_end;
   spots_ = search_.find(problem.map, view.plane, load);
+  if (view.everywhere) spots_ = {search_.everything()};
 }
 
 // Lay cells on the spots and press them. False if there are no cells.
@@ -437,7 +452,9 @@ bool PatchPress::press(const Problem& problem, const Viewpoint& view) {
   const LawOptions& options = problem.options;
   SampledLattices& sampled = laid_.see({&problem.map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle,
                                         search_.lowest(), highest_cells(options, view) + search_.same()});
-  lattices_.lay({spots_, laid_.view(), search_, options, view.finer, view.height_factor, search_.strip()}, sampled);
+  const double strip = view.finer < 1.0 ? 0.0 : search_.strip();   // cells along ridges cannot be split
+  lattices_.lay({spots_, laid_.view(), search_, options, view.finer, view.height_factor, strip, view.everywhere},
+                sampled);
   if (!laid_.lay(problem.surface, problem.workspace)) return false;
   start_.clear();
   const double likely = laid_.likely_height(search_.level());
@@ -453,7 +470,7 @@ bool PatchPress::overloads() const { return search_.level() > kOverloaded * sear
 void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& looks) const {
   const bool solved = pressed && laid_.contact().exact();
   const NextPart next = solved ? next_part() : NextPart{};
-  const Merit found = solved ? merit(problem.load, next, problem.options) : Merit{};
+  const Merit found = solved ? merit(problem.load, problem.options) : Merit{};
   const double margin = problem.options.cells < kManyCells ? kEnergyMargin : kFineEnergyMargin;
   looks.last_is_best = solved && !is_worse(found, looks.best_merit, margin);
   looks.ended = solved && more && laid_.ends_early();
@@ -517,14 +534,13 @@ double PatchPress::missed(const SearchLoad& load) const {
   return away > std::max(kMissed * laid_.face().length, load.narrowest) ? away : 0.0;
 }
 
-PatchPress::Merit PatchPress::merit(const SearchLoad& load, const NextPart& next, const LawOptions& options) const {
+PatchPress::Merit PatchPress::merit(const SearchLoad& load, const LawOptions& options) const {
   if (!options.tilting || !options.law->couples()) return {};
-  return {missed(load), next.share < 1.0, laid_.energy(load.force), laid_.contact().energy()};
+  return {missed(load), laid_.energy(load.force), laid_.contact().energy()};
 }
 
 bool PatchPress::is_worse(const Merit& one, const Merit& other, double margin) {
   if (one.missed > 0.0 || other.missed > 0.0) return one.missed > (1.0 + kMissed) * other.missed;
-  if (one.overlooks || other.overlooks) return !other.overlooks;
   return one.energy > other.energy + margin * one.elastic;
 }
 

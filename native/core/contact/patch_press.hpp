@@ -73,6 +73,7 @@ class PatchPress {
     double spot_end;        // spots end at this height, because the level was above the contact's end; 0: not known [m]
     double last_tilt[2];    // tilt that the last look found, relative to its plane [-]; 0 if there was none
     double finer;           // number of cells over that asked for [-]
+    bool everywhere;        // whether cells are laid under all of the body that is low enough, not under spots alone
 
     bool sees_tilted_as(const Viewpoint& other) const {
       return plane.slopes[0] == other.plane.slopes[0] && plane.slopes[1] == other.plane.slopes[1];
@@ -87,7 +88,6 @@ class PatchPress {
   // Measures by which contacts of different looks are compared; all 0 if they are not compared.
   struct Merit {
     double missed;    // distance of the centre of pressure from the load [m]
-    bool overlooks;   // whether a part of the body without cells touches as the body tilts
     double energy;    // see LaidCells [J]
     double elastic;   // elastic energy of the surface alone [J]
   };
@@ -106,7 +106,7 @@ class PatchPress {
     Viewpoint view;                    // the last one
     Viewpoint best;                    // the view that gave the best contact so far
     Viewpoint onward;                  // the view to which the best contact leads
-    Merit best_merit = {kNowhere, false, 0.0, 0.0};   // merit of the best contact
+    Merit best_merit = {kNowhere, 0.0, 0.0};   // merit of the best contact
     double too_far[2] = {0.0, 0.0};   // slopes of the last view whose tilt was too large [-]
     bool turned_back = false;     // whether there was one
     int steps_back = 0;           // number of steps back from it since the best view was found
@@ -140,6 +140,7 @@ class PatchPress {
   bool needs_nested(const LawOptions& options) const;
   bool press_nested(const Problem& problem, const Looks& looks);
   bool press_generous(const Problem& problem, Viewpoint view);
+  bool leaves_uncovered() const;
   void choose_to_split(const LawOptions& options, bool all);
   void add_overlooking(double much);
   bool too_many_to_split(double most) const;
@@ -157,9 +158,10 @@ class PatchPress {
   bool next_view(const Merit& found, const NextPart& next, const LawOptions& options, Viewpoint& view) const;
   // Distance of the centre of pressure from the load [m]; 0 if it is too small for taxels to resolve.
   double missed(const SearchLoad& load) const;
-  Merit merit(const SearchLoad& load, const NextPart& next, const LawOptions& options) const;
+  Merit merit(const SearchLoad& load, const LawOptions& options) const;
   // A contact that carries the load is better than one that misses it. Of two that carry it, the one of less energy is
-  // better. A contact that overlooks a part of the body is wrong, however little its energy: any other is better.
+  // better, also if it overlooks a part of the body: any pressures that balance the load bound the body's complementary
+  // energy from above (Kalker, J. Inst. Maths Applics 20, 199, 1977).
   static bool is_worse(const Merit& one, const Merit& other, double margin);
 
   ContactSearch search_;

@@ -172,7 +172,7 @@ void SpotLattices::set_regions(const Look& look) {
   for (std::size_t k = 0; k < spots_.size(); ++k) {
     const Spot& spot = spots_[k];
     Region region = spot.region.lengthwise();
-    if (follows_[k]) {
+    if (follows_[k] || look.everywhere) {
       regions_.push_back(region);
       continue;
     }

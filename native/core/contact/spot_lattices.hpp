@@ -24,6 +24,7 @@ class SpotLattices {
     double height_factor;          // height up to which cells are laid, over the level [-]
     double strip;                  // how much higher the body is at the sides of strips along ridges [m]; 0 if the
                                    // spots do not lie along ridges
+    bool everywhere;               // whether the only spot is all of the body that is over the sheet
   };
   // That factor in a first look, and its least value if the bound on pressure sets the level.
   static constexpr double kHeightFactor = 2.5, kBoundedHeightFactor = 1.6;

@@ -222,7 +222,7 @@ bool SampledLattices::splits(std::size_t lattice, double narrowest) const {
 
 bool SampledLattices::can_split(double narrowest) const {
   for (std::size_t lattice = 0; lattice < size(); ++lattice) {
-    if (splits(lattice, narrowest)) return true;
+    if (lattices_[lattice].splits(narrowest)) return true;
   }
   return false;
 }

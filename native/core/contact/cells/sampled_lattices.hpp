@@ -52,7 +52,7 @@ class SampledLattices {
   // Where a lattice has grown out of its region over cells of another one, count the cells of one of them. `regions`:
   // those of the lattices.
   void settle(const std::vector<Region>& regions);
-  // Whether cells of some lattice can be split into cells that are not narrower than `narrowest`.
+  // Whether cells as wide as those of some lattice can be split into cells that are not narrower than `narrowest`.
   bool can_split(double narrowest) const;
   // Replace numbered cells by up to four each, half as long and half as wide, but by none narrower than `narrowest`.
   // They are cells of further lattices. `chosen`: whether to replace the cell of each number. All numbers are lost.
