@@ -360,19 +360,20 @@ def test_every_pad_of_the_shadow_hand_feels_a_ball():
     assert package is not None
     assert package.origin is not None
     scene = Path(package.origin).parent / "envs" / "assets" / "hand" / "reach.xml"
+    spec = mujoco.MjSpec.from_file(str(scene))
+    spec.option.gravity, spec.option.timestep = (0, 0, 0), 1e-3
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    attach_hand(spec, "shadow", fidelity="fast", output=OUTPUT)
+    add_ball(spec, np.array([0.0, 0.0, 10.0]), np.array([0.0, 0.0, 1.0]), 5e-3, 5e-5)
+    model = spec.compile()
+    hold_all_but_the_ball(model)
     for one in hand("shadow").pads:
-        spec = mujoco.MjSpec.from_file(str(scene))
-        spec.option.gravity, spec.option.timestep = (0, 0, 0), 1e-3
-        spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-        attach_hand(spec, "shadow", fidelity="fast", output=OUTPUT)
-        data = mujoco.MjData(spec.compile())
-        mujoco.mj_forward(data.model, data)
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
         site = data.site(f"{one.name}_surface")
         normal = site.xmat.reshape(3, 3)[:, 2]
-        add_ball(spec, site.xpos, normal, 5e-3, 5e-5)
-        model = spec.compile()
-        hold_all_but_the_ball(model)
-        data = mujoco.MjData(model)
+        model.body("ball").pos = site.xpos + 5.05e-3 * normal
+        model.joint("slide").axis = -normal
         data.joint("slide").qfrc_applied = 0.3
         model.opt.disableflags = mujoco.mjtDisableBit.mjDSBL_SENSOR
         mujoco.mj_step(model, data, 600)
