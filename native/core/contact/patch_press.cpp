@@ -19,6 +19,8 @@ constexpr int kStepsBack = 2;            // largest number of steps back from a 
 // exact, and tell which contact misses a part of the body.
 constexpr double kEnergyMargin = 0.04, kFineEnergyMargin = 0.005;
 constexpr std::size_t kManyCells = 100;
+constexpr double kOverlooking = 0.15;    // what is added for a part that is overlooked, because few cells may tell too
+                                         // little energy
 constexpr double kMissed = 0.01;         // a contact misses the load if its centre of pressure is farther from it than
                                          // this, over the contact's size
 constexpr double kInside = 1e-12;        // least distance from the hull's rim at which a point lies inside [m]
@@ -198,7 +200,7 @@ bool PatchPress::press_nested(const Problem& problem, const Looks& looks) {
     if (laid_.count() == before) break;
   }
   const bool better = solved && laid_.count() > coarse &&
-                      !is_worse(merit(problem.load, problem.options), looks.best_merit, kEnergyMargin);
+                      !is_worse(merit(problem.load, next_part(), problem.options), looks.best_merit, kEnergyMargin);
   if (!better) std::swap(laid_, best_);
   settled_ = settled_ || better;
   return better;
@@ -209,14 +211,14 @@ bool PatchPress::press_nested(const Problem& problem, const Looks& looks) {
 bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
   view.finer = kCoarse;
   view.end_height = view.spot_end = 0.0;
-  bool uncovered = false;
+  bool ends_early = false;
   for (int look = 0; look < kGenerousLooks; ++look) {
-    const double higher = look > 0 ? (laid_.ends_early() ? kGenerous : 1.0) * view.least_height : 0.0;
     const NextPart next = next_part();
     // Neither a contact that misses a part of the body nor one that leaves the tilt open tells where cells are needed.
-    view.everywhere = view.everywhere || uncovered || (look > 0 && (next.share < 1.0 || laid_.tilts_openly()));
+    view.everywhere = view.everywhere || (look > 0 && next.share < 1.0);
     if (view.everywhere) view.finer = std::max(kCoarse, kFewest / static_cast<double>(problem.options.cells));
-    double highest = std::max(kGenerous * laid_.touched_height(true), higher);
+    double highest = kGenerous * laid_.touched_height(true);
+    if (look > 0) highest = std::max(highest, (ends_early ? kGenerous : 1.0) * view.least_height);
     if (next.share < 1.0) highest = std::max(highest, kTouchMargin * next.height);
     view.spot_height = view.least_height = view.most_height = highest;
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] += std::min(next.share, 1.0) * laid_.contact().slopes()[k];
@@ -224,8 +226,10 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
     if (!press(problem, view) || !laid_.contact().exact()) return false;
     const CellContact& contact = laid_.contact();
     const bool lifts = laid_.lifted(contact.slopes()) > kMostLift * contact.indentation();
-    uncovered = leaves_uncovered();
-    if (!lifts && !uncovered && !laid_.tilts_openly() && !laid_.ends_early()) break;
+    const bool open = laid_.tilts_openly() || leaves_uncovered();
+    ends_early = laid_.ends_early();
+    if (!lifts && !open && !ends_early) break;
+    view.everywhere = view.everywhere || open;
   }
   return true;
 }
@@ -470,7 +474,7 @@ bool PatchPress::overloads() const { return search_.level() > kOverloaded * sear
 void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& looks) const {
   const bool solved = pressed && laid_.contact().exact();
   const NextPart next = solved ? next_part() : NextPart{};
-  const Merit found = solved ? merit(problem.load, problem.options) : Merit{};
+  const Merit found = solved ? merit(problem.load, next, problem.options) : Merit{};
   const double margin = problem.options.cells < kManyCells ? kEnergyMargin : kFineEnergyMargin;
   looks.last_is_best = solved && !is_worse(found, looks.best_merit, margin);
   looks.ended = solved && more && laid_.ends_early();
@@ -534,9 +538,10 @@ double PatchPress::missed(const SearchLoad& load) const {
   return away > std::max(kMissed * laid_.face().length, load.narrowest) ? away : 0.0;
 }
 
-PatchPress::Merit PatchPress::merit(const SearchLoad& load, const LawOptions& options) const {
+PatchPress::Merit PatchPress::merit(const SearchLoad& load, const NextPart& next, const LawOptions& options) const {
   if (!options.tilting || !options.law->couples()) return {};
-  return {missed(load), laid_.energy(load.force), laid_.contact().energy()};
+  const double elastic = laid_.contact().energy(), overlooked = next.share < 1.0 ? kOverlooking * elastic : 0.0;
+  return {missed(load), laid_.energy(load.force) + overlooked, elastic};
 }
 
 bool PatchPress::is_worse(const Merit& one, const Merit& other, double margin) {

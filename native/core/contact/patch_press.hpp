@@ -88,7 +88,7 @@ class PatchPress {
   // Measures by which contacts of different looks are compared; all 0 if they are not compared.
   struct Merit {
     double missed;    // distance of the centre of pressure from the load [m]
-    double energy;    // see LaidCells [J]
+    double energy;    // see LaidCells; more if the body tilts onto a part that has no cells [J]
     double elastic;   // elastic energy of the surface alone [J]
   };
   // The arguments of solve(), and what follows from them.
@@ -158,10 +158,10 @@ class PatchPress {
   bool next_view(const Merit& found, const NextPart& next, const LawOptions& options, Viewpoint& view) const;
   // Distance of the centre of pressure from the load [m]; 0 if it is too small for taxels to resolve.
   double missed(const SearchLoad& load) const;
-  Merit merit(const SearchLoad& load, const LawOptions& options) const;
+  Merit merit(const SearchLoad& load, const NextPart& next, const LawOptions& options) const;
   // A contact that carries the load is better than one that misses it. Of two that carry it, the one of less energy is
-  // better, also if it overlooks a part of the body: any pressures that balance the load bound the body's complementary
-  // energy from above (Kalker, J. Inst. Maths Applics 20, 199, 1977).
+  // better: any pressures that balance the load bound the body's complementary energy from above (Kalker, J. Inst.
+  // Maths Applics 20, 199, 1977), so one that leaves out a part of the body has more.
   static bool is_worse(const Merit& one, const Merit& other, double margin);
 
   ContactSearch search_;
