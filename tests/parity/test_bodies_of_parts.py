@@ -139,8 +139,9 @@ CASES = {
         (0.0544, -0.2218),
     ),
 }
-#: Largest relative L2 error by number of cells.
-BOUNDS = {20: 0.14, 60: 0.07}
+#: Largest relative L2 error by number of cells, and of bodies that few cells tell less well.
+BOUNDS = {20: 0.10, 60: 0.07}
+HARDER = {("ball on a plate", 20): 0.12, ("four balls under a disc", 20): 0.14}
 
 
 @functools.cache
@@ -190,7 +191,7 @@ def expected(name: str) -> Array:
 @pytest.mark.parametrize("name", CASES)
 def test_parts_of_unlike_heights_are_pressed_as_by_the_dense_contact(name, cells):
     error = relative(pressed(CASES[name], cells), expected(name))
-    assert error <= BOUNDS[cells], f"{100 * error:.1f} %"
+    assert error <= HARDER.get((name, cells), BOUNDS[cells]), f"{100 * error:.1f} %"
 
 
 def hollow_block(half: float, radius: float) -> trimesh.Trimesh:
