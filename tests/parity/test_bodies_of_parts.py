@@ -138,6 +138,14 @@ CASES = {
         0.23164,
         (0.0544, -0.2218),
     ),
+    # The rods are closer to each other than the cells of a few along each.
+    "ten parallel rods": Case(
+        tuple((Cylinder(0.4 * MM, 4.0 * MM), (0.0, y, 0.0)) for y in np.arange(-3.6, 3.7, 0.8).tolist()),
+        (0.1, -0.2, 0.38),
+        (-0.94606, 1.352592, 0.950122),
+        0.4,
+        (0.2, -0.1),
+    ),
 }
 #: Largest relative L2 error by number of cells, and of bodies that few cells tell less well.
 BOUNDS = {20: 0.10, 60: 0.07}

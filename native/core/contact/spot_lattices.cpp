@@ -40,6 +40,10 @@ constexpr double kNarrowStrip = 2.0;     // a strip up to this many cells wide i
 constexpr double kStripCell = 1.3;       // times this, so that a slanted strip is within them, too
 constexpr double kLeastCovered = 0.25;   // cells that cover less than this share of a ridge's length miss it
 constexpr double kMostSamples = 32.0;    // largest number of heights computed per cell
+// Ridges of a total length in an area are at a mean distance of the area over that length. Lines half a cell apart tell
+// them from each other if the cells are smaller than that distance by this factor,
+constexpr double kTelling = 1.6;
+constexpr double kManyTelling = 150.0;   // and if they are not more than these
 
 // Centre a region on a point, if it is within a cell of the region's middle. The point is the middle of a symmetric
 // body, and the cells then move with a sliding body.
@@ -153,7 +157,13 @@ SpotLattices::Number SpotLattices::number_of_cells(const Look& look) const {
   for (const Spot& spot : spots_) {
     const double filled = spot.area / spot.region.area();
     const double most = along_ridges_ ? kMostFillingStrips : kMostFilling;
-    number.wanted += cells * std::min(std::max(kFilled / filled, 1.0), most);
+    double wanted = cells * std::min(std::max(kFilled / filled, 1.0), most);
+    if (along_ridges_) {
+      const double telling = kTelling * kAskew * spot.length * spot.length / spot.region.area();
+      wanted = std::max(wanted, std::min(telling, kManyTelling));
+      number.most = std::max(number.most, wanted);
+    }
+    number.wanted += wanted;
   }
   if (options.law->couples() && look.search.level() > 0.0 && is_compact(spots_, options)) {
     number.most = std::min(number.most, std::max(kMostCompact * cells, cells + kMoreCells));
