@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
+#include "contact/laws/cell_contact.hpp"
 #include "linalg/dense.hpp"
 #include "linalg/kernels.hpp"
 
@@ -18,6 +20,8 @@ constexpr double kSliver = 5e-3;
 constexpr double kCliff = 2.0, kNearlyWhole = 0.99;
 // Rise of the body across a cell from which it is rough, over the disagreement of neighbours from which these are.
 constexpr double kSteep = 4.0;
+// Least force on a cell that tells how much its roughness matters, over the mean of cells that press.
+constexpr double kLittleForce = 0.3;
 // Columns and rows from a cell to those that share a side with it.
 constexpr int kSides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
 // Cells longer than this, over the compliance's resolution, have quadrature points.
@@ -236,16 +240,21 @@ double PatchFace::roughness(const std::vector<std::uint8_t>& pressed, double mos
   return area > 0.0 ? std::sqrt(squares / area) : 0.0;
 }
 
-void PatchFace::find_rough(const std::vector<std::uint8_t>& pressed, const double* slopes, double least,
-                           std::vector<std::uint8_t>& rough) const {
+void PatchFace::find_rough(const CellContact& contact, double least, std::vector<std::uint8_t>& rough) const {
+  const std::vector<std::uint8_t>& pressed = contact.pressed();
+  const std::vector<double>& normal = contact.normal();
+  const auto count = static_cast<double>(std::count(pressed.begin(), pressed.end(), 1));
+  const double mean = std::accumulate(normal.begin(), normal.end(), 0.0) / count;
+  const auto weight = [mean](double force) { return std::sqrt(std::max(force / mean, kLittleForce)); };
   rough.assign(cells_.size(), 0);
   each_pair(pressed, [&](std::size_t one, std::size_t other, double apart) {
-    if (apart > least) rough[one] = rough[other] = 1;
+    if (apart * weight((normal[one] + normal[other]) / 2) > least) rough[one] = rough[other] = 1;
   });
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     if (!pressed[i]) continue;
-    const double size = std::sqrt(cells_[i].sides[0] * cells_[i].sides[1]);
-    if (std::hypot(gradients_[i].x - slopes[0], gradients_[i].y - slopes[1]) * size > kSteep * least) rough[i] = 1;
+    const Point &gradient = gradients_[i], tilt = {contact.slopes()[0], contact.slopes()[1]};
+    const double rise = std::hypot(gradient.x - tilt.x, gradient.y - tilt.y) * std::sqrt(face_.areas[i]);
+    if (rise * weight(normal[i]) > kSteep * least) rough[i] = 1;
   }
 }
 

@@ -18,6 +18,8 @@
 
 namespace mjtactile {
 
+class CellContact;
+
 class PatchFace {
  public:
   // The lattices from which cells are made.
@@ -51,9 +53,9 @@ class PatchFace {
   // disagreement that counts.
   double roughness(const std::vector<std::uint8_t>& pressed, double most) const;
   // Find the neighbours, of which one presses at least, whose heights and gradients disagree by more than `least` [m],
-  // and the cells that press across which the body rises by a multiple of that. `slopes`: the contact's tilt.
-  void find_rough(const std::vector<std::uint8_t>& pressed, const double* slopes, double least,
-                  std::vector<std::uint8_t>& rough) const;
+  // and the cells that press across which the body rises by a multiple of that. Disagreement counts for more where the
+  // force is larger.
+  void find_rough(const CellContact& contact, double least, std::vector<std::uint8_t>& rough) const;
   // Find the cells that press and have no cell beside them on some side.
   void find_rim(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& rim) const;
   // Add the cells between which the contact ends: those that press beside one that does not, and the other way round.

@@ -59,7 +59,7 @@ constexpr double kManyFiner = 150.0;     // and number of cells beyond which the
 constexpr double kManySheared = 60.0;    // that number if shear is solved for as well
 
 // Nested cells, on which contacts are pressed whose tilt has not settled, that overlook a part of the body, or that are
-// rough and have several spots.
+// rough and have several spots or few cells that press.
 constexpr double kNestedSmooth = 1.0;    // roughness over the depth, times the number of cells asked for, up to which a
                                          // contact is smooth
 constexpr double kOverlooked = 0.5;      // height of the lowest cell, over how far the body comes down, from which
@@ -167,6 +167,13 @@ double PatchPress::exact_depth(const LawOptions& options) const {
   return options.law->couples() && laid_.contact().exact() ? laid_.contact().indentation() : 0.0;
 }
 
+// Whether so few cells press that more of them would mostly be in vain.
+bool PatchPress::presses_few() const {
+  const auto& pressed = laid_.pressed();
+  const auto pressing = static_cast<double>(std::count(pressed.begin(), pressed.end(), 1));
+  return pressing < std::min(kMostPress * static_cast<double>(pressed.size()), kManyPress);
+}
+
 // Whether the contact is to be pressed on nested cells. Many cells need none.
 bool PatchPress::needs_nested(const LawOptions& options) const {
   const double depth = exact_depth(options);
@@ -176,11 +183,11 @@ bool PatchPress::needs_nested(const LawOptions& options) const {
   // If no cell tells of the body's lowest part, cells are too large for it.
   const double least = *std::min_element(laid_.heights().begin(), laid_.heights().end());
   const auto cells = static_cast<double>(options.cells);
-  if (least > kOverlooked * laid_.contact().lowered() && cells < kManySplit) return true;
+  if (cells < kManySplit && (least > kOverlooked * laid_.contact().lowered() || leaves_uncovered())) return true;
   if (options.cells >= kManyCells) return false;
   if (!settled_) return true;
   const double smooth = kNestedSmooth * depth / cells;
-  return spots_.size() > 1 && laid_.cells().roughness(laid_.pressed(), depth) > smooth;
+  return (spots_.size() > 1 || presses_few()) && laid_.cells().roughness(laid_.pressed(), depth) > smooth;
 }
 
 // Press the body on few cells under all parts that may touch, then split the cells where it does. All these presses see
@@ -199,8 +206,10 @@ bool PatchPress::press_nested(const Problem& problem, const Looks& looks) {
     solved = split_pressed(problem);
     if (laid_.count() == before) break;
   }
+  // A contact that looks agree on is replaced only by one of less energy.
+  const double margin = settled_ ? 0.0 : kEnergyMargin;
   const bool better = solved && laid_.count() > coarse &&
-                      !is_worse(merit(problem.load, next_part(), problem.options), looks.best_merit, kEnergyMargin);
+                      !is_worse(merit(problem.load, next_part(), problem.options), looks.best_merit, margin);
   if (!better) std::swap(laid_, best_);
   settled_ = settled_ || better;
   return better;
@@ -245,7 +254,7 @@ void PatchPress::choose_to_split(const LawOptions& options, bool all) {
   }
   double least = kUneven * laid_.contact().indentation(), much = kStillOverlooked * laid_.contact().lowered();
   for (;;) {
-    laid_.cells().find_rough(laid_.pressed(), laid_.contact().slopes(), least, chosen_);
+    laid_.cells().find_rough(laid_.contact(), least, chosen_);
     const bool few = !too_many_to_split(most);
     if (few) add_overlooking(much);
     if (few && !too_many_to_split(kManySplit)) return;
@@ -307,11 +316,8 @@ bool PatchPress::split_pressed(const Problem& problem) {
 // Number of cells that the contact needs, over that asked for; 1 if its own are fine enough.
 double PatchPress::needs_finer(const LawOptions& options) const {
   const double depth = exact_depth(options);
-  if (!(depth > 0.0)) return 1.0;
-  const auto& pressed = laid_.pressed();
-  const auto pressing = static_cast<double>(std::count(pressed.begin(), pressed.end(), 1));
-  if (pressing < std::min(kMostPress * static_cast<double>(pressed.size()), kManyPress)) return 1.0;
-  const double wanted = laid_.cells().roughness(pressed, depth) / (kSmooth * depth);
+  if (!(depth > 0.0) || presses_few()) return 1.0;
+  const double wanted = laid_.cells().roughness(laid_.pressed(), depth) / (kSmooth * depth);
   const double many = options.tangential->couples() ? kManySheared : kManyFiner;
   const double most = std::min(kMostFiner, many / static_cast<double>(options.cells));
   return wanted > kWorthwhile ? std::max(std::min(wanted, most), 1.0) : 1.0;

@@ -135,6 +135,7 @@ class PatchPress {
   bool overloads() const;
   void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
   double exact_depth(const LawOptions& options) const;
+  bool presses_few() const;
   double needs_finer(const LawOptions& options) const;
   bool refine(const Problem& problem, const Looks& looks, double finer);
   bool needs_nested(const LawOptions& options) const;
