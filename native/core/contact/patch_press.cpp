@@ -59,9 +59,9 @@ constexpr double kManyFiner = 150.0;     // and number of cells beyond which the
 constexpr double kManySheared = 60.0;    // that number if shear is solved for as well
 
 // Nested cells, on which contacts are pressed whose tilt has not settled, that overlook a part of the body, or that are
-// rough and have several spots or few cells that press.
+// rough and have several spots, few cells that press, or so many that they are not refined.
 constexpr double kNestedSmooth = 1.0;    // roughness over the depth, times the number of cells asked for, up to which a
-                                         // contact is smooth
+constexpr double kManySmooth = 60.0;     // contact is smooth; and the largest number that counts for this
 constexpr double kOverlooked = 0.5;      // height of the lowest cell, over how far the body comes down, from which
                                          // cells overlook a part of it,
 constexpr double kStillOverlooked = 0.25;   // and the same for a cell's height over a point of it while cells are split
@@ -74,7 +74,8 @@ constexpr int kSplits = 7;               // largest number of times that cells a
 constexpr double kUneven = 0.05;         // disagreement of neighbours, over the depth, from which they are split again,
 constexpr double kMoreUneven = 1.3;      // and factor on it if there are too many
 constexpr double kMostSplit = 4.0;       // largest number of cells over that asked for,
-constexpr double kManySplit = 240.0;     // and largest number
+constexpr double kManySplit = 240.0;     // and largest number,
+constexpr double kTwice = 2.0;           // or this times the number asked for
 constexpr double kManyAtRim = 300.0;     // largest number of cells if they are split at a flat face's rim
 
 // Tilts.
@@ -174,7 +175,7 @@ bool PatchPress::presses_few() const {
   return pressing < std::min(kMostPress * static_cast<double>(pressed.size()), kManyPress);
 }
 
-// Whether the contact is to be pressed on nested cells. Many cells need none.
+// Whether the contact is to be pressed on nested cells.
 bool PatchPress::needs_nested(const LawOptions& options) const {
   const double depth = exact_depth(options);
   if (!options.tilting || !(depth > 0.0)) return false;
@@ -182,12 +183,11 @@ bool PatchPress::needs_nested(const LawOptions& options) const {
   if (!laid_.cells().lattices().can_split(std::sqrt(kCoarse) * options.narrowest)) return false;
   // If no cell tells of the body's lowest part, cells are too large for it.
   const double least = *std::min_element(laid_.heights().begin(), laid_.heights().end());
-  const auto cells = static_cast<double>(options.cells);
-  if (cells < kManySplit && (least > kOverlooked * laid_.contact().lowered() || leaves_uncovered())) return true;
-  if (options.cells >= kManyCells) return false;
-  if (!settled_) return true;
-  const double smooth = kNestedSmooth * depth / cells;
-  return (spots_.size() > 1 || presses_few()) && laid_.cells().roughness(laid_.pressed(), depth) > smooth;
+  if (least > kOverlooked * laid_.contact().lowered() || leaves_uncovered()) return true;
+  if (options.cells < kManyCells && !settled_) return true;
+  const double smooth = kNestedSmooth * depth / std::min(static_cast<double>(options.cells), kManySmooth);
+  const bool counts = spots_.size() > 1 || presses_few() || options.cells >= kManyCells;
+  return counts && laid_.cells().roughness(laid_.pressed(), depth) > smooth;
 }
 
 // Press the body on few cells under all parts that may touch, then split the cells where it does. All these presses see
@@ -247,7 +247,8 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
 // the most uneven ones. Those that overlook a part of the body are split as well, as long as cells are not too many for
 // any number asked for.
 void PatchPress::choose_to_split(const LawOptions& options, bool all) {
-  const double most = std::min(kMostSplit * static_cast<double>(options.cells), kManySplit);
+  const auto cells = static_cast<double>(options.cells);
+  const double many = std::max(kTwice * cells, kManySplit), most = std::min(kMostSplit * cells, many);
   if (all) {
     laid_.cells().find_around(laid_.pressed(), chosen_);
     if (!too_many_to_split(most)) return;
@@ -257,7 +258,7 @@ void PatchPress::choose_to_split(const LawOptions& options, bool all) {
     laid_.cells().find_rough(laid_.contact(), least, chosen_);
     const bool few = !too_many_to_split(most);
     if (few) add_overlooking(much);
-    if (few && !too_many_to_split(kManySplit)) return;
+    if (few && !too_many_to_split(many)) return;
     (few ? much : least) *= kMoreUneven;
   }
 }
