@@ -183,11 +183,15 @@ bool PatchPress::needs_nested(const LawOptions& options) const {
   if (!laid_.cells().lattices().can_split(std::sqrt(kCoarse) * options.narrowest)) return false;
   // If no cell tells of the body's lowest part, cells are too large for it.
   const double least = *std::min_element(laid_.heights().begin(), laid_.heights().end());
-  if (least > kOverlooked * laid_.contact().lowered() || leaves_uncovered()) return true;
-  if (options.cells < kManyCells && !settled_) return true;
-  const double smooth = kNestedSmooth * depth / std::min(static_cast<double>(options.cells), kManySmooth);
-  const bool counts = spots_.size() > 1 || presses_few() || options.cells >= kManyCells;
-  return counts && laid_.cells().roughness(laid_.pressed(), depth) > smooth;
+  if (least > kOverlooked * laid_.contact().lowered()) return true;
+  const bool apart = spots_.size() > 1 || spots_.front().is_open(), many = options.cells >= kManyCells;
+  if (apart && leaves_uncovered()) return true;
+  if (!many && !settled_) return true;
+  const double rough = laid_.cells().roughness(laid_.pressed(), depth) / depth;
+  if (spots_.size() > 1 || many) {
+    return rough > kNestedSmooth / std::min(static_cast<double>(options.cells), kManySmooth);
+  }
+  return rough > kSmooth && presses_few();
 }
 
 // Press the body on few cells under all parts that may touch, then split the cells where it does. All these presses see

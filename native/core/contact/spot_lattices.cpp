@@ -40,8 +40,8 @@ constexpr double kNarrowStrip = 2.0;     // a strip up to this many cells wide i
 constexpr double kStripCell = 1.3;       // times this, so that a slanted strip is within them, too
 constexpr double kLeastCovered = 0.25;   // cells that cover less than this share of a ridge's length miss it
 constexpr double kMostSamples = 32.0;    // largest number of heights computed per cell
-// Ridges of a total length in an area are at a mean distance of the area over that length. Lines half a cell apart tell
-// them from each other if the cells are smaller than that distance by this factor,
+// Parallel ridges divide a region's height into one part less than they are. Lines half a cell apart tell them from each
+// other if cells are smaller than such a part by this factor,
 constexpr double kTelling = 1.6;
 constexpr double kManyTelling = 150.0;   // and if they are not more than these
 
@@ -159,8 +159,9 @@ SpotLattices::Number SpotLattices::number_of_cells(const Look& look) const {
     const double most = along_ridges_ ? kMostFillingStrips : kMostFilling;
     double wanted = cells * std::min(std::max(kFilled / filled, 1.0), most);
     if (along_ridges_) {
-      const double telling = kTelling * kAskew * spot.length * spot.length / spot.region.area();
-      wanted = std::max(wanted, std::min(telling, kManyTelling));
+      const Region region = spot.region.lengthwise();
+      const double between = std::max(spot.length / region.width - 1.0, 0.0) / region.height;
+      wanted = std::max(wanted, std::min(kTelling * kAskew * spot.length * between, kManyTelling));
       number.most = std::max(number.most, wanted);
     }
     number.wanted += wanted;
