@@ -40,8 +40,8 @@ constexpr double kNarrowStrip = 2.0;     // a strip up to this many cells wide i
 constexpr double kStripCell = 1.3;       // times this, so that a slanted strip is within them, too
 constexpr double kLeastCovered = 0.25;   // cells that cover less than this share of a ridge's length miss it
 constexpr double kMostSamples = 32.0;    // largest number of heights computed per cell
-// Parallel ridges divide a region's height into one part less than they are. Lines half a cell apart tell them from each
-// other if cells are smaller than such a part by this factor,
+// Parallel ridges divide a region's height into one part less than they are. Lines half a cell apart tell them from
+// each other if cells are smaller than such a part by this factor,
 constexpr double kTelling = 1.6;
 constexpr double kManyTelling = 150.0;   // and if they are not more than these
 
