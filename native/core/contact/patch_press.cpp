@@ -75,7 +75,7 @@ constexpr double kUneven = 0.05;         // disagreement of neighbours, over the
 constexpr double kMoreUneven = 1.3;      // and factor on it if there are too many
 constexpr double kMostSplit = 4.0;       // largest number of cells over that asked for,
 constexpr double kManySplit = 240.0;     // and largest number,
-constexpr double kTwice = 2.0;           // or this times the number asked for
+constexpr double kTwice = 2.0;           // or this times the number asked for, unless shear is solved for as well
 constexpr double kManyAtRim = 300.0;     // largest number of cells if they are split at a flat face's rim
 
 // Tilts.
@@ -252,7 +252,8 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
 // any number asked for.
 void PatchPress::choose_to_split(const LawOptions& options, bool all) {
   const auto cells = static_cast<double>(options.cells);
-  const double many = std::max(kTwice * cells, kManySplit), most = std::min(kMostSplit * cells, many);
+  const double many = std::max((options.tangential->couples() ? 1.0 : kTwice) * cells, kManySplit);
+  const double most = std::min(kMostSplit * cells, many);
   if (all) {
     laid_.cells().find_around(laid_.pressed(), chosen_);
     if (!too_many_to_split(most)) return;
