@@ -59,12 +59,14 @@ constexpr double kManyFiner = 150.0;     // and number of cells beyond which the
 constexpr double kManySheared = 60.0;    // that number if shear is solved for as well
 
 // Nested cells, on which contacts are pressed whose tilt has not settled, that overlook a part of the body, or that are
-// rough and have several spots, few cells that press, or so many that they are not refined.
+// rough and have several spots or few cells that press.
 constexpr double kNestedSmooth = 1.0;    // roughness over the depth, times the number of cells asked for, up to which a
-constexpr double kManySmooth = 60.0;     // contact is smooth; and the largest number that counts for this
+                                         // contact is smooth
 constexpr double kOverlooked = 0.5;      // height of the lowest cell, over how far the body comes down, from which
                                          // cells overlook a part of it,
 constexpr double kStillOverlooked = 0.25;   // and the same for a cell's height over a point of it while cells are split
+constexpr double kUncovered = 0.05;      // share of its low points that may lie under none of many cells, as parts of
+                                         // these are cut away at the body's rim
 constexpr double kGenerous = 1.2;        // height up to which coarse cells are laid, over the depth,
 constexpr double kCoarse = 0.3;          // their number over that asked for,
 constexpr double kFewest = 16.0;         // and their least number where they are laid under all of the body
@@ -176,7 +178,7 @@ bool PatchPress::presses_few() const {
 }
 
 // Whether the contact is to be pressed on nested cells.
-bool PatchPress::needs_nested(const LawOptions& options) const {
+bool PatchPress::needs_nested(const LawOptions& options) {
   const double depth = exact_depth(options);
   if (!options.tilting || !(depth > 0.0)) return false;
   // The first nested cells are coarser by this factor in length and width. They are in vain if they cannot be split.
@@ -185,12 +187,11 @@ bool PatchPress::needs_nested(const LawOptions& options) const {
   const double least = *std::min_element(laid_.heights().begin(), laid_.heights().end());
   if (least > kOverlooked * laid_.contact().lowered()) return true;
   const bool apart = spots_.size() > 1 || spots_.front().is_open(), many = options.cells >= kManyCells;
-  if (apart && leaves_uncovered()) return true;
-  if (!many && !settled_) return true;
+  if (apart && leaves_uncovered(many ? kUncovered : 0.0)) return true;
+  if (many) return overlooks();
+  if (!settled_) return true;
   const double rough = laid_.cells().roughness(laid_.pressed(), depth) / depth;
-  if (spots_.size() > 1 || many) {
-    return rough > kNestedSmooth / std::min(static_cast<double>(options.cells), kManySmooth);
-  }
+  if (spots_.size() > 1) return rough > kNestedSmooth / static_cast<double>(options.cells);
   return rough > kSmooth && presses_few();
 }
 
@@ -239,7 +240,7 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
     if (!press(problem, view) || !laid_.contact().exact()) return false;
     const CellContact& contact = laid_.contact();
     const bool lifts = laid_.lifted(contact.slopes()) > kMostLift * contact.indentation();
-    const bool open = laid_.tilts_openly() || leaves_uncovered();
+    const bool open = laid_.tilts_openly() || leaves_uncovered(0.0);
     ends_early = laid_.ends_early();
     if (!lifts && !open && !ends_early) break;
     view.everywhere = view.everywhere || open;
@@ -280,14 +281,23 @@ void PatchPress::add_overlooking(double much) {
   });
 }
 
-// Whether a point that the body presses deeply lies under no cell.
-bool PatchPress::leaves_uncovered() const {
+// Whether some cell holds a point of the body that is much lower than its height tells.
+bool PatchPress::overlooks() {
+  chosen_.assign(laid_.count(), 0);
+  add_overlooking(kStillOverlooked * laid_.contact().lowered());
+  return std::find(chosen_.begin(), chosen_.end(), 1) != chosen_.end();
+}
+
+// Whether of the points that the body presses deeply more than a share lie under no cell.
+bool PatchPress::leaves_uncovered(double share) const {
   const double deep = (1.0 - kStillOverlooked) * laid_.contact().lowered();
-  bool found = false;
+  double count = 0.0, uncovered = 0.0;
   search_.each_sample(seen_plane(), [&](const Point& at, double height) {
-    found = found || (height < deep && laid_.cells().lattices().number_at(at) < 0);
+    if (!(height < deep)) return;
+    count += 1.0;
+    if (laid_.cells().lattices().number_at(at) < 0) uncovered += 1.0;
   });
-  return found;
+  return uncovered > share * count;
 }
 
 // Whether there would be more than `most` cells if the chosen ones were split.

@@ -138,12 +138,13 @@ class PatchPress {
   bool presses_few() const;
   double needs_finer(const LawOptions& options) const;
   bool refine(const Problem& problem, const Looks& looks, double finer);
-  bool needs_nested(const LawOptions& options) const;
+  bool needs_nested(const LawOptions& options);
   bool press_nested(const Problem& problem, const Looks& looks);
   bool press_generous(const Problem& problem, Viewpoint view);
-  bool leaves_uncovered() const;
+  bool leaves_uncovered(double share) const;
   void choose_to_split(const LawOptions& options, bool all);
   void add_overlooking(double much);
+  bool overlooks();
   bool too_many_to_split(double most) const;
   bool split_pressed(const Problem& problem);
   // Whether all cells press, and the body has no other part over the sheet that could.
