@@ -79,6 +79,18 @@ def block(length: float, width: float, height: float) -> Box:
     return Box((length / 2 * MM, width / 2 * MM, height / 2 * MM))
 
 
+def frame(side: float, width: float) -> tuple[tuple[Box, tuple[float, float, float]], ...]:
+    """Four bars around a square, 2 mm high, with their middles. `side`: of the square of their middle lines."""
+    along, across = block(width, side + width, 2.0), block(side, width, 2.0)
+    half = side / 2
+    return (
+        (along, (half, 0.0, 1.0)),
+        (along, (-half, 0.0, 1.0)),
+        (across, (0.0, half, 1.0)),
+        (across, (0.0, -half, 1.0)),
+    )
+
+
 def turned_square(x: float, y: float) -> tuple[tuple[float, float], ...]:
     """The corners of a square about the origin, from one of them."""
     return (x, y), (-y, x), (-x, -y), (y, -x)
@@ -87,13 +99,7 @@ def turned_square(x: float, y: float) -> tuple[tuple[float, float], ...]:
 CASES = {
     # The ball lies within the frame's rectangle.
     "ball in a frame": Case(
-        (
-            (block(0.4214, 3.9312, 2.0), (1.7549, 0.0, 1.0)),
-            (block(0.4214, 3.9312, 2.0), (-1.7549, 0.0, 1.0)),
-            (block(3.5098, 0.4214, 2.0), (0.0, 1.7549, 1.0)),
-            (block(3.5098, 0.4214, 2.0), (0.0, -1.7549, 1.0)),
-            (ball(1.4884), (0.0, 0.0, 1.4166)),
-        ),
+        (*frame(3.5098, 0.4214), (ball(1.4884), (0.0, 0.0, 1.4166))),
         (-1.17388, 1.09819, 0.05181),
         (0.000617, 0.012334, 3.041666),
         0.161,
@@ -140,13 +146,7 @@ CASES = {
     ),
     # A stretch of the frame is too level to be a ridge, and has no cells at first.
     "wide ball in a wide frame": Case(
-        (
-            (block(0.4952, 6.6046, 2.0), (3.0547, 0.0, 1.0)),
-            (block(0.4952, 6.6046, 2.0), (-3.0547, 0.0, 1.0)),
-            (block(6.1094, 0.4952, 2.0), (0.0, 3.0547, 1.0)),
-            (block(6.1094, 0.4952, 2.0), (0.0, -3.0547, 1.0)),
-            (ball(2.7033), (0.0, 0.0, 2.7348)),
-        ),
+        (*frame(6.1094, 0.4952), (ball(2.7033), (0.0, 0.0, 2.7348))),
         (-0.45324, -1.54838, -0.00445),
         (0.004207, 0.002631, 1.117653),
         0.3055,

@@ -243,6 +243,7 @@ double PatchFace::roughness(const std::vector<std::uint8_t>& pressed, double mos
 void PatchFace::find_rough(const CellContact& contact, double least, std::vector<std::uint8_t>& rough) const {
   const std::vector<std::uint8_t>& pressed = contact.pressed();
   const std::vector<double>& normal = contact.normal();
+  const double* const tilt = contact.slopes();
   const auto count = static_cast<double>(std::count(pressed.begin(), pressed.end(), 1));
   const double mean = std::accumulate(normal.begin(), normal.end(), 0.0) / count;
   const auto weight = [mean](double force) { return std::sqrt(std::max(force / mean, kLittleForce)); };
@@ -252,8 +253,8 @@ void PatchFace::find_rough(const CellContact& contact, double least, std::vector
   });
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     if (!pressed[i]) continue;
-    const Point &gradient = gradients_[i], tilt = {contact.slopes()[0], contact.slopes()[1]};
-    const double rise = std::hypot(gradient.x - tilt.x, gradient.y - tilt.y) * std::sqrt(face_.areas[i]);
+    const double slope = std::hypot(gradients_[i].x - tilt[0], gradients_[i].y - tilt[1]);
+    const double rise = slope * std::sqrt(face_.areas[i]);
     if (rise * weight(normal[i]) > kSteep * least) rough[i] = 1;
   }
 }

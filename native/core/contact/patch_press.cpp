@@ -77,7 +77,7 @@ constexpr double kUneven = 0.05;         // disagreement of neighbours, over the
 constexpr double kMoreUneven = 1.3;      // and factor on it if there are too many
 constexpr double kMostSplit = 4.0;       // largest number of cells over that asked for,
 constexpr double kManySplit = 240.0;     // and largest number,
-constexpr double kTwice = 2.0;           // or this times the number asked for, unless shear is solved for as well
+constexpr double kMostOfMany = 2.0;      // or this times the number asked for, unless shear is solved for as well
 constexpr double kManyAtRim = 300.0;     // largest number of cells if they are split at a flat face's rim
 
 // Tilts.
@@ -190,9 +190,10 @@ bool PatchPress::needs_nested(const LawOptions& options) {
   if (apart && leaves_uncovered(many ? kUncovered : 0.0)) return true;
   if (many) return overlooks();
   if (!settled_) return true;
-  const double rough = laid_.cells().roughness(laid_.pressed(), depth) / depth;
-  if (spots_.size() > 1) return rough > kNestedSmooth / static_cast<double>(options.cells);
-  return rough > kSmooth && presses_few();
+  const bool several = spots_.size() > 1;
+  if (!several && !presses_few()) return false;
+  const double smooth = several ? kNestedSmooth / static_cast<double>(options.cells) : kSmooth;
+  return laid_.cells().roughness(laid_.pressed(), depth) / depth > smooth;
 }
 
 // Press the body on few cells under all parts that may touch, then split the cells where it does. All these presses see
@@ -253,7 +254,7 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
 // any number asked for.
 void PatchPress::choose_to_split(const LawOptions& options, bool all) {
   const auto cells = static_cast<double>(options.cells);
-  const double many = std::max((options.tangential->couples() ? 1.0 : kTwice) * cells, kManySplit);
+  const double many = std::max((options.tangential->couples() ? 1.0 : kMostOfMany) * cells, kManySplit);
   const double most = std::min(kMostSplit * cells, many);
   if (all) {
     laid_.cells().find_around(laid_.pressed(), chosen_);
