@@ -212,8 +212,9 @@ bool PatchPress::press_nested(const Problem& problem, const Looks& looks) {
     solved = split_pressed(problem);
     if (laid_.count() == before) break;
   }
-  // A contact that looks agree on is replaced only by one of less energy.
-  const double margin = settled_ ? 0.0 : kEnergyMargin;
+  // A contact that looks agree on is replaced only by one of clearly less energy: rounding may decide between cells that
+  // tell the same.
+  const double margin = settled_ ? -kFineEnergyMargin : kEnergyMargin;
   const bool better = solved && laid_.count() > coarse &&
                       !is_worse(merit(problem.load, next_part(), problem.options), looks.best_merit, margin);
   if (!better) std::swap(laid_, best_);
