@@ -46,6 +46,13 @@ constexpr double kLevelling = 1e-6, kSteepest = 10.0;
 // and if kMostlyNarrow of this length is of parts narrower than kNarrowPart, over the length of the region about them.
 // The lengths are estimates, each off by a factor of 1.3 at most. No value is a ratio that counts of samples have.
 constexpr double kLongRidges = 0.603, kMostlyNarrow = 0.503, kNarrowPart = 0.203;
+// Largest number of points at which the grid's lines cross ridges. Each takes some 18 heights. A ring has some 130. A
+// sharp edge, of which the grid sees little, has less than two for each of the lines.
+constexpr std::size_t kMostCrossings = 512, kMostOfEdges = 100;
+// The grid misses most of a sharp edge if the spots it sees are shorter than this share of it. A strip along it is then
+// made twice as high, at most kWidenings times, until it bears the load.
+constexpr double kMissedEdge = 0.503;
+constexpr int kWidenings = 8;
 // Ridges' heights are found up to this share of the level that these spots would need.
 constexpr double kRidgeTolerance = 0.1;
 // Perimeter of a circle over that of its staircase outline on a grid, pi / 4.
@@ -428,11 +435,13 @@ Spot ContactSearch::everything() const {
   return {{bounds_.middle(), 0.0, width, height}, width * height, width + height};
 }
 
-// Find ridges if some spot is open, as narrow and bent contacts are. `length`: of all spots [m]. False if the ridges do
-// not account for these.
+// Find ridges if some spot is open, as narrow and bent contacts are. Spots that cannot bear the force may be what the
+// grid sees of a sharp edge; then ridges count if they are much longer. `length`: of all spots [m]. False if the
+// ridges do not account for these.
 bool ContactSearch::find_ridges(const HeightMap& map, const Plane& plane, const SearchLoad& load, double length) {
-  if (!load.follows || !(level_ > 0.0) || level_ > loaded_) return false;
-  if (std::none_of(spots_.begin(), spots_.end(), [](const Spot& spot) { return spot.is_open(); })) return false;
+  if (!load.follows || !(level_ > 0.0)) return false;
+  const bool open = std::any_of(spots_.begin(), spots_.end(), [](const Spot& spot) { return spot.is_open(); });
+  if (!open && level_ <= loaded_) return false;
   Ridges::Grid grid = {bounds_, kLines, grid_, {nullptr, nullptr, nullptr, nullptr}};
   for (std::size_t k = 0; k < rim_count_; ++k) {
     const Point& inward = rim_[k].inward;
@@ -440,8 +449,10 @@ bool ContactSearch::find_ridges(const HeightMap& map, const Plane& plane, const 
   }
   const double ceiling = kSpare * std::max(reached_, load.reach);
   const HeightWindow view = {&map, {plane.slopes[0], plane.slopes[1]}, plane.middle, lowest_, ceiling};
-  ridges_.find(view, grid, kRidgeTolerance * load.force / (load.modulus * length));
-  return ridges_.length_below(std::max(reached_, load.reach)) > kLongRidges * length;
+  const std::size_t most = level_ > loaded_ ? kMostOfEdges : kMostCrossings;
+  ridges_.find(view, grid, kRidgeTolerance * load.force / (load.modulus * length), most);
+  return ridges_.length_below(std::max(reached_, load.reach)) * (level_ > loaded_ ? kMissedEdge : 1.0 / kLongRidges) >
+         length;
 }
 
 // Replace the spots by others along ridges if the contact is narrow. A line contact of length L carries the force
@@ -455,7 +466,10 @@ void ContactSearch::follow_ridges(const HeightMap& map, const Plane& plane, cons
   ridges_.count_from(deepest);
   const double end = load.end - deepest, level = std::min(ridges_.level_for(product), end);
   const double gathered = std::min(std::max(level, load.reach - deepest), end);
-  const double strip = product / ridges_.length_below(gathered);
+  double strip = product / ridges_.length_below(gathered);
+  // A sharp edge is pressed until the surface can bear its force.
+  const bool sharp = level_ > loaded_;
+  for (int k = 0; sharp && k < kWidenings && ridges_.area_below(gathered, strip) < load.least_area; ++k) strip *= 2.0;
   ridges_.connect(gathered, kNear * spacing_, strip);
   if (ridges_.count() > kMostParts) return;
   double all = 0.0, narrow = 0.0, area = 0.0;

@@ -85,6 +85,7 @@ bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_
   CoveredPart covered;
   if (lattices_.follows_ridges(number)) {
     if (!find_covered(lattice, lattices_.spans(number, place), covered)) return false;
+    if (!clip(view.map->bounds(), lattice, middle, covered)) return false;
   } else {
     const SampledLattices::Nodes nodes = lattices_.nodes(number, place);
     cell.whole = nodes.under == 9;

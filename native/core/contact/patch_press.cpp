@@ -37,7 +37,8 @@ constexpr double kMostHeightFactor = 64.0;   // in later looks
 // depth, but at most kMostHigher times as high as before.
 constexpr double kTooDeep = 1.7, kShareOfDepth = 0.75, kMostHigher = 8.0;
 constexpr double kTouchMargin = 1.05;    // safety factor on the height up to which the body was found to touch
-constexpr double kTiltedShare = 0.6;     // height up to which parts of a tilted body touch, over the depth
+constexpr double kTiltedShare = 0.6;     // height up to which parts of a tilted body touch, over the depth;
+constexpr double kTiltedShareOfRings = 1.0;   // the same along a bent ridge, beside which the surface sinks in little
 
 // When cells are laid again. They are laid lower if the share of pressed cells is below `pressed` and the contact ends
 // below `lower` times their height. A body that tilts is looked at several times anyway. One that does not tilt is
@@ -49,14 +50,19 @@ struct LaidLower {
 constexpr LaidLower kLaidLowerTilting = {0.2, 0.7}, kLaidLowerFree = {0.6, 0.5}, kLaidLower = {0.66, 0.9};
 constexpr double kOtherPart = 2.0;       // other parts of the body begin outside a region enlarged by this factor
 
-// Contacts whose cells tell the body's shape badly are pressed on more of them, in proportion to their roughness.
+// Contacts whose cells tell the body's shape badly are pressed on more of them, in proportion to their roughness. Along
+// ridges the number goes in steps: roughness changes whenever a body slides, and other cells would change the readings
+// by more than that.
 constexpr double kSmooth = 0.05;         // roughness over the depth of the contact up to which cells are fine enough
 constexpr double kWorthwhile = 1.1;      // least factor on their number
+constexpr double kFinerSteps = 2.0;      // number of steps in which the number of cells along ridges doubles
 constexpr double kMostPress = 0.35, kManyPress = 20.0;   // share of cells that press, and number of them; if less than
                                          // both do, more cells are mostly in vain
 constexpr double kMostFiner = 4.0;       // largest factor,
+constexpr double kMostFinerStrips = 2.83;   // that of cells along ridges, which are many already,
 constexpr double kManyFiner = 150.0;     // and number of cells beyond which there is none;
 constexpr double kManySheared = 60.0;    // that number if shear is solved for as well
+constexpr double kFinerMargin = 0.5;     // see kEnergyMargin; more cells also see more of the body's height
 
 // Nested cells, on which contacts are pressed whose tilt has not settled, that overlook a part of the body, or that are
 // rough and have several spots or few cells that press.
@@ -212,8 +218,8 @@ bool PatchPress::press_nested(const Problem& problem, const Looks& looks) {
     solved = split_pressed(problem);
     if (laid_.count() == before) break;
   }
-  // A contact that looks agree on is replaced only by one of clearly less energy: rounding may decide between cells that
-  // tell the same.
+  // A contact that looks agree on is replaced only by one of clearly less energy, because rounding may decide between
+  // cells that tell the same.
   const double margin = settled_ ? -kFineEnergyMargin : kEnergyMargin;
   const bool better = solved && laid_.count() > coarse &&
                       !is_worse(merit(problem.load, next_part(), problem.options), looks.best_merit, margin);
@@ -337,17 +343,23 @@ double PatchPress::needs_finer(const LawOptions& options) const {
   if (!(depth > 0.0) || presses_few()) return 1.0;
   const double wanted = laid_.cells().roughness(laid_.pressed(), depth) / (kSmooth * depth);
   const double many = options.tangential->couples() ? kManySheared : kManyFiner;
-  const double most = std::min(kMostFiner, many / static_cast<double>(options.cells));
-  return wanted > kWorthwhile ? std::max(std::min(wanted, most), 1.0) : 1.0;
+  const bool strips = laid_.cells().lattices().follows_ridges(0);
+  const double most = std::min(strips ? kMostFinerStrips : kMostFiner, many / static_cast<double>(options.cells));
+  if (!(wanted > kWorthwhile)) return 1.0;
+  const double stepped = std::exp2(std::round(kFinerSteps * std::log2(wanted)) / kFinerSteps);
+  return std::max(std::min(strips ? stepped : wanted, most), 1.0);
 }
 
-// Press the body on more cells, as the best look sees it. False if that finds no contact; what was found stays then.
+// Press the body on more cells, as the best look sees it. False if that finds no contact, or one of much more energy,
+// whose cells miss a part of the body; what was found stays then.
 bool PatchPress::refine(const Problem& problem, const Looks& looks, double finer) {
   Viewpoint view = looks.best;
   view.finer = finer;
   std::swap(laid_, best_);
   if (!looks.last_is_best) find_spots(problem, view);
-  if (press(problem, view) && laid_.contact().exact()) return true;
+  const bool solved = press(problem, view) && laid_.contact().exact();
+  const Merit found = solved ? merit(problem.load, next_part(), problem.options) : Merit{};
+  if (solved && !is_worse(found, looks.best_merit, kFinerMargin)) return true;
   std::swap(laid_, best_);
   return false;
 }
@@ -664,8 +676,9 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
     view.least_height = ends ? touching : 0.0;
     view.end_height = view.spot_end = 0.0;
     // If there is one spot that fills its rectangle, no part of the body is outside it.
-    const bool apart = spots_.size() > 1 || spots_.front().is_open();
-    view.spot_height = apart ? kTiltedShare * laid_.contact().indentation() : 0.0;
+    const bool open = std::any_of(spots_.begin(), spots_.end(), [](const Spot& one) { return one.is_open(); });
+    const double share_of_depth = open && lattices_.along_ridges() ? kTiltedShareOfRings : kTiltedShare;
+    view.spot_height = spots_.size() > 1 || open ? share_of_depth * laid_.contact().indentation() : 0.0;
     if (touches || share < rolling) {
       view.spot_height = std::max(view.spot_height, kTouchMargin * next.height);
       if (view.most_height > 0.0) view.most_height = std::max(view.most_height, view.spot_height);

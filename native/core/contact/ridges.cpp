@@ -9,12 +9,9 @@ namespace mjtactile {
 namespace {
 
 constexpr double kCrofton = kHalfTurn / 4;   // pi / 4
-// Largest number of crossings. A ring has some 130; each takes up to 18 heights.
-constexpr std::size_t kMostCrossings = 512;
-
 }  // namespace
 
-void Ridges::find(const HeightWindow& view, const Grid& grid, double tolerance) {
+void Ridges::find(const HeightWindow& view, const Grid& grid, double tolerance, std::size_t most) {
   const std::size_t lines = grid.lines;
   const double steps[2] = {(grid.bounds.east - grid.bounds.west) / static_cast<double>(lines),
                            (grid.bounds.north - grid.bounds.south) / static_cast<double>(lines)};
@@ -39,9 +36,10 @@ void Ridges::find(const HeightWindow& view, const Grid& grid, double tolerance) 
       const Point step = axis == 0 ? Point{steps[0], 0.0} : Point{0.0, steps[1]};
       add_crossings(view,
                     {axis == 0 ? point(0.0, across) : point(across, 0.0), step, lines,
-                     over_.data() + line * (axis == 0 ? lines : 1), axis == 0 ? 1 : lines, end(0), end(1), true},
+                     over_.data() + line * (axis == 0 ? lines : 1), axis == 0 ? 1 : lines, line, lines,
+                     axis == 0 ? lines : 1, steps[1 - axis], end(0), end(1), true},
                     tolerance, crossings_);
-      if (crossings_.size() > kMostCrossings) {
+      if (crossings_.size() > most) {
         crossings_.clear(), points_.clear();
         return;
       }
@@ -56,6 +54,17 @@ void Ridges::find(const HeightWindow& view, const Grid& grid, double tolerance) 
 double Ridges::length_below(double height) const {
   double sum = 0.0;
   for (const RidgePoint& one : points_) sum += one.height <= height ? kCrofton * one.spacing : 0.0;
+  return sum;
+}
+
+double Ridges::area_of(const RidgePoint& point, double level) const {
+  const RidgeCrossing& crossing = crossings_[point.number];
+  return point.spacing * point.step * (crossing.reach(level, 1.0) + crossing.reach(level, -1.0)) / 2;
+}
+
+double Ridges::area_below(double height, double level) const {
+  double sum = 0.0;
+  for (const RidgePoint& one : points_) sum += one.height <= height ? area_of(one, level) : 0.0;
   return sum;
 }
 
@@ -107,13 +116,10 @@ void Ridges::connect(double height, double near, double level) {
     std::size_t& number = numbers_[sets_.root(i)];
     if (number == count) number = count_, next_stretch();
     Stretch& stretch = stretches_[number];
-    stretch.points.push_back(point.at);
     stretch.length += kCrofton * point.spacing;
-    // Lines in both directions measure the area, each with the width along them.
-    const RidgeCrossing& crossing = crossings_[point.number];
-    const double width = point.step * (crossing.reach(level, 1.0) + crossing.reach(level, -1.0));
-    stretch.area += point.spacing * width / 2;
-    if (crossing.is_narrow(level)) stretch.narrow += kCrofton * point.spacing;
+    stretch.area += area_of(point, level);
+    stretch.points.push_back(point.at);
+    if (crossings_[point.number].is_narrow(level)) stretch.narrow += kCrofton * point.spacing;
   }
 }
 

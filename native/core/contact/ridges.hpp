@@ -36,10 +36,12 @@ class Ridges {
   };
 
   // Find the ridges up to the view's limit. Heights are found up to `tolerance` [m]. None are found if the body is so
-  // rough that there would be very many.
-  void find(const HeightWindow& view, const Grid& grid, double tolerance);
+  // rough that there would be more than `most` crossings.
+  void find(const HeightWindow& view, const Grid& grid, double tolerance, std::size_t most);
   // Length of the ridges below a height [m].
   double length_below(double height) const;
+  // Area of the strips up to `level` above the ridges below a height [m^2].
+  double area_below(double height, double level) const;
   // Height of their lowest point above the view's lowest [m]; infinite if there are none.
   double lowest() const;
   // Count heights from a point at this height [m].
@@ -61,6 +63,9 @@ class Ridges {
     std::size_t number;       // in crossings_
   };
   Stretch& next_stretch();
+  // Area that a crossing stands for, up to a level above it [m^2]. Lines in both directions measure the area, each with
+  // the width along them.
+  double area_of(const RidgePoint& point, double level) const;
 
   std::vector<double> over_;   // the grid's heights above the limit
   std::vector<RidgeCrossing> crossings_;

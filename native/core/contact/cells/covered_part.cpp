@@ -158,6 +158,34 @@ bool find_covered(const Lattice& lattice, const CellSpans& spans, CoveredPart& c
   return sweep_both_ways(lattice, kSimpson, find_ends, covered);
 }
 
+bool clip(const Rectangle& sheet, const Lattice& lattice, const Point& middle, CoveredPart& part) {
+  const double c = lattice.cosine, s = lattice.sine;
+  // Middle and second moments along the sheet's axes.
+  double at[2] = {middle.x + c * part.x - s * part.y, middle.y + s * part.x + c * part.y};
+  double squares[2] = {c * c * part.xx - 2.0 * c * s * part.xy + s * s * part.yy,
+                       s * s * part.xx + 2.0 * c * s * part.xy + c * c * part.yy};
+  double product = c * s * (part.xx - part.yy) + (c * c - s * s) * part.xy;
+  const double lowest[2] = {sheet.west, sheet.south}, highest[2] = {sheet.east, sheet.north};
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const std::size_t beside = 1 - axis;
+    const double half = std::sqrt(3.0 * squares[axis]);
+    const double from = std::max(at[axis] - half, lowest[axis]), to = std::min(at[axis] + half, highest[axis]);
+    if (!(from < to)) return false;
+    const double kept = (to - from) / (2.0 * half), move = (from + to) / 2 - at[axis];
+    // The part's middle moves along it, also if it is aslant.
+    at[axis] += move, at[beside] += move * product / squares[axis];
+    squares[beside] -= product * product / squares[axis] * (1.0 - kept * kept);
+    squares[axis] *= kept * kept, product *= kept * kept;
+    part.area *= kept;
+  }
+  const double x = at[0] - middle.x, y = at[1] - middle.y;
+  part.x = c * x + s * y, part.y = c * y - s * x;
+  part.xx = c * c * squares[0] + 2.0 * c * s * product + s * s * squares[1];
+  part.yy = s * s * squares[0] - 2.0 * c * s * product + c * c * squares[1];
+  part.xy = c * s * (squares[1] - squares[0]) + (c * c - s * s) * product;
+  return true;
+}
+
 void trim(const HeightWindow& view, double least, double most, Region& region) {
   const double c = std::cos(region.angle), s = std::sin(region.angle);
   const Rectangle bounds = view.map->bounds();

@@ -32,6 +32,10 @@ bool find_covered(const CutCell& cut, CoveredPart& covered);
 // Find the part of a cell of a lattice that has given spans.
 bool find_covered(const Lattice& lattice, const CellSpans& spans, CoveredPart& covered);
 
+// Cut off what of a cell's part is beyond the sheet, as if the part were a rectangle. `middle`: of the cell. False if
+// nothing is left.
+bool clip(const Rectangle& sheet, const Lattice& lattice, const Point& middle, CoveredPart& part);
+
 // Shorten or lengthen a region to where the body ends or stands too high, as measured on some lines along the region.
 // Its size becomes between `least` and `most` times the old one; it stays as it is where no end is found.
 void trim(const HeightWindow& view, double least, double most, Region& region);

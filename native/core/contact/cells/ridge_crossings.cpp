@@ -9,6 +9,10 @@ namespace {
 // Heights that differ by at most this are equal, over the tolerance. Rounding must not choose between them: the bottom
 // of a mesh may be level across a ridge.
 constexpr double kSame = 1e-6;
+// A bottom that is level for less than this on a side counts as sharp there, in steps.
+constexpr double kLevel = 0.2;
+// A line lies along a ridge if it is as low for a way longer than this multiple of the ridge's width.
+constexpr double kAlong = 2.003;
 // A place this near to a sample is at it, in steps.
 constexpr double kOnNode = 1e-9;
 
@@ -40,11 +44,13 @@ class CrossingSearch {
       }
     }
     if (heights[1] > 0.0) return false;
-    crossing.place = places[1], crossing.height = heights[1];
-    crossing.at = at(places[1]);
+    const double before = level_until(places[1], heights[1] + tolerance, -1.0);
+    const double after = level_until(places[1], heights[1] + tolerance, 1.0);
+    crossing.place = places[1] + (after - before) / 2, crossing.height = heights[1];
+    crossing.at = at(crossing.place);
     for (std::size_t k = 0; k < crossing.count_; ++k) {
       RidgeCrossing::Sample& one = crossing.samples_[k];
-      one.away -= places[1], one.higher -= heights[1];
+      one.away -= crossing.place, one.higher -= heights[1];
     }
     return true;
   }
@@ -57,9 +63,43 @@ class CrossingSearch {
   Point at(double place) const { return {line_.start.x + place * line_.step.x, line_.start.y + place * line_.step.y}; }
   void keep(double place, double height) { crossing.samples_[crossing.count_++] = {place, height}; }
 
+  // How far the bottom is level on one side of a place, as that of a faceted ring is: where the body is not above a
+  // height there. 0 if it is sharp.
+  double level_until(double middle, double level, double sign) {
+    double within = 0.0, beyond = kNowhere;   // distances from the middle
+    const auto each_away = [&](auto&& visit) {
+      for (std::size_t k = 0; k < crossing.count_; ++k) {
+        const double away = sign * (crossing.samples_[k].away - middle);
+        if (away > 0.0) visit(away, crossing.samples_[k].higher);
+      }
+    };
+    each_away([&](double away, double height) { if (height <= level) within = std::max(within, away); });
+    each_away([&](double away, double) { if (away > within) beyond = std::min(beyond, away); });
+    if (!(within > kLevel)) return 0.0;
+    if (!std::isfinite(beyond)) return within;
+    for (int halving = 0; halving < RidgeCrossing::kEndHalvings; ++halving) {
+      const double away = (within + beyond) / 2, found = height(middle + sign * away);
+      keep(middle + sign * away, found);
+      (found <= level ? within : beyond) = away;
+    }
+    return within;
+  }
+
   const HeightWindow& view_;
   const SampledLine& line_;
 };
+
+std::size_t SampledLine::level_across(std::size_t k, double level) const {
+  const auto is_low = [&](std::size_t parallel) {
+    const auto away = static_cast<std::ptrdiff_t>(parallel) - static_cast<std::ptrdiff_t>(number);
+    const double* const here = heights + k * stride;
+    return here[away * static_cast<std::ptrdiff_t>(stride_across)] <= level;
+  };
+  std::size_t first = number, last = number;
+  while (first > 0 && is_low(first - 1)) --first;
+  while (last + 1 < lines && is_low(last + 1)) ++last;
+  return last - first + 1;
+}
 
 void add_crossings(const HeightWindow& view, const SampledLine& line, double tolerance,
                    std::vector<RidgeCrossing>& to) {
@@ -68,6 +108,7 @@ void add_crossings(const HeightWindow& view, const SampledLine& line, double tol
     if (found.halve(places, heights, tolerance)) to.push_back(found.crossing);
   };
   const auto height = [&](std::size_t k) { return line.heights[k * line.stride]; };
+  const double step = std::hypot(line.step.x, line.step.y);
   const std::size_t end = line.count - 1;
   const auto beyond = static_cast<double>(end) + 0.5;
   if (line.cut_off && std::isfinite(line.before) && line.before <= std::min(height(0), 0.0)) {
@@ -86,8 +127,14 @@ void add_crossings(const HeightWindow& view, const SampledLine& line, double tol
     std::size_t first = lowest, last = lowest;
     while (first > 0 && belongs(first - 1)) --first;
     while (last + 1 < line.count && belongs(last + 1)) ++last;
-    // A line of three or more lies along a ridge, and does not cross it.
-    if (last > first + 1 || height(first) < height(lowest) || height(last) < height(lowest)) continue;
+    if (height(first) < height(lowest) || height(last) < height(lowest)) continue;
+    // Three or more lie along a ridge, which the line does not cross, unless the ridge is wide.
+    if (last > first + 1) {
+      const double level = height(lowest) + tolerance;
+      const std::size_t middles[2] = {(first + last) / 2, (first + last + 1) / 2};
+      const std::size_t beside = std::max(line.level_across(middles[0], level), line.level_across(middles[1], level));
+      if (static_cast<double>(last - first + 1) * step > kAlong * static_cast<double>(beside) * line.spacing) continue;
+    }
     const double before = first == 0 ? line.before : height(first - 1);
     const double after = last + 1 == line.count ? line.after : height(last + 1);
     const double least = std::min(height(first), height(last)), most = std::max(height(first), height(last));

@@ -19,10 +19,16 @@ struct SampledLine {
   std::size_t count;
   const double* heights;      // the first height
   std::size_t stride;         // from one height to the next
+  std::size_t number, lines;  // of the line among its parallels, and of these;
+  std::size_t stride_across;  // from a height to that of the next parallel
+  double spacing;             // and their distance [m]
   double before, after;       // heights half a step beyond the ends; kUnknown if the outermost samples are no crossings
   bool cut_off;               // whether the sheet ends there, so that the body may press with its flank
 
   static constexpr double kUnknown = -kNowhere;
+
+  // Number of samples up to a height in a row across the line, through its sample k.
+  std::size_t level_across(std::size_t k, double level) const;
 };
 
 class RidgeCrossing {
@@ -42,12 +48,13 @@ class RidgeCrossing {
 
  private:
   friend class CrossingSearch;
-  static constexpr int kHalvings = 9;
+  static constexpr int kHalvings = 9, kEndHalvings = 4;
   struct Sample {
     double away = 0.0, higher = 0.0;   // from the crossing, in steps; above it [m]
   };
   static double place_between(const Sample& within, const Sample& beyond, double level);
-  std::array<Sample, 2 * kHalvings + 2> samples_;   // the first two are the samples on both sides
+  // The first two are the samples on both sides.
+  std::array<Sample, 2 * kHalvings + 2 * kEndHalvings + 2> samples_;
   std::size_t count_ = 0;
 };
 

@@ -144,6 +144,8 @@ void SampledLattices::find_strips(const HeightWindow& view, double strip) {
       };
       const auto beyond = [&](double node) { return view.height(point(node)) - view.highest; };
       const SampledLine samples = {point(0.0), {to.x - from.x, to.y - from.y}, count, first, row ? 1 : across,
+                                   line, row ? along : across, row ? across : 1,
+                                   (row ? lattice.width() : lattice.size) / 2,
                                    beyond(-0.5), beyond(static_cast<double>(count) - 0.5), false};
       crossings_.clear();
       add_crossings(view, samples, kTolerance * strip, crossings_);
