@@ -101,8 +101,12 @@ def pressed(model: mujoco.MjModel, data: mujoco.MjData, force: float) -> None:
 
 
 def xml(name: str, *, fidelity: str = "fast", law: str = "", output: str = _READ_EVERYTHING) -> str:
-    """A case as MJCF; its pad is registered on the way, where it is not the default one."""
-    case = CASES[name]
+    """A case by its name as MJCF; its pad is registered on the way, where it is not the default one."""
+    return mjcf(CASES[name], name, fidelity=fidelity, law=law, output=output)
+
+
+def mjcf(case: Case, name: str, *, fidelity: str = "fast", law: str = "", output: str = _READ_EVERYTHING) -> str:
+    """A case as MJCF under a name; see `xml`."""
     length, width, thickness = case.pad
     box = (
         f'<geom name="pad" type="box" size="{length / 2:.9g} {width / 2:.9g} {thickness / 2:.9g}" '
@@ -153,7 +157,9 @@ def sheet(size: tuple[float, float, float]) -> mjtactile.Pad:
     )
 
 
-def _body(geoms: str, height: float, *, at: tuple[float, float] = (0.0, 0.0), turn: str = "", number: str = "") -> str:
+def on_slide(
+    geoms: str, height: float, *, at: tuple[float, float] = (0.0, 0.0), turn: str = "", number: str = ""
+) -> str:
     """A body on a slide above the pad: its origin `height` [m] above the sensing surface."""
     return (
         f'<body pos="{at[0]:.9g} {at[1]:.9g} {height:.9g}">'
@@ -178,13 +184,13 @@ def _feet(count: int) -> Case:
     )
     plate = '<geom type="cylinder" size=".006 .001" pos="0 0 .003" contype="0" conaffinity="0"/>'
     mirrors = "xy" if count % 2 == 0 else "y"
-    return Case(f"a rigid body on {count} ball feet", _body(feet + plate, 1.6e-3), 0.5, mirrors=mirrors)
+    return Case(f"a rigid body on {count} ball feet", on_slide(feet + plate, 1.6e-3), 0.5, mirrors=mirrors)
 
 
 def _grid_of_feet(count: int) -> Case:
     places = 2e-3 * (np.arange(count) - (count - 1) / 2)
     feet = "".join(f'<geom type="sphere" size=".001" pos="{x:.9g} {y:.9g} 0"/>' for x in places for y in places)
-    return Case(f"a rigid body on {count * count} ball feet, 2 mm apart", _body(feet, 1.1e-3), 0.1, mirrors="xy")
+    return Case(f"a rigid body on {count * count} ball feet, 2 mm apart", on_slide(feet, 1.1e-3), 0.1, mirrors="xy")
 
 
 def _rods(count: int) -> Case:
@@ -192,7 +198,7 @@ def _rods(count: int) -> Case:
         f'<geom type="capsule" size=".001 .004" pos="{x:.9g} 0 0" quat=".70710678118654752 .70710678118654752 0 0"/>'
         for x in 3e-3 * (np.arange(count) - (count - 1) / 2)
     )
-    return Case(f"{count} lying rods of one body, 3 mm apart", _body(rods, 1.1e-3), 0.8, mirrors="xy")
+    return Case(f"{count} lying rods of one body, 3 mm apart", on_slide(rods, 1.1e-3), 0.8, mirrors="xy")
 
 
 def _notched() -> Case:
@@ -202,7 +208,7 @@ def _notched() -> Case:
     lying = np.column_stack([vertices[:, 2] - 2e-3, vertices[:, 0], vertices[:, 1]])
     return Case(
         "a bar of 4 mm on a side with a notch of 3 um along its middle",
-        _body('<geom type="mesh" mesh="bar"/>', 2.1e-3),
+        on_slide('<geom type="mesh" mesh="bar"/>', 2.1e-3),
         0.5,
         assets=meshes.mjcf("bar", (lying, faces)),
         mirrors="xy",
@@ -221,7 +227,7 @@ def _ring(
 ) -> Case:
     return Case(
         f"a lying ring of {middle * 2e3:g} mm with a cord of {tube * 2e3:g} mm, a mesh, {aside * 1e6:g} um aside",
-        _body('<geom type="mesh" mesh="torus"/>', tube + 1e-4, at=(aside, across)),
+        on_slide('<geom type="mesh" mesh="torus"/>', tube + 1e-4, at=(aside, across)),
         force,
         assets=meshes.mjcf("torus", meshes.torus(middle, tube, *sections)),
         mirrors=mirrors,
@@ -235,7 +241,7 @@ def _bars(bars: Sequence[tuple[float, float, float, float]], *, aside: float = 0
         for x0, y0, x1, y1 in bars
     )
     where = f"a figure of {len(bars)} round bars, {aside * 1e9:g} nm aside"
-    return Case(where, _body(capsules, 9e-4, at=(aside, 0)), 0.1, mirrors="x")
+    return Case(where, on_slide(capsules, 9e-4, at=(aside, 0)), 0.1, mirrors="x")
 
 
 _CROSS = ((-4, 0, 4, 0), (0, -4, 0, 4))
@@ -246,7 +252,7 @@ def _edge(grams: float) -> Case:
     edge = '<geom type="box" size=".003 .003 .003"/>'
     height = 3e-3 * np.sqrt(2) + 1e-4
     return Case(
-        f"an edge of 6 mm under {grams:g} gf", _body(edge, height, turn='euler="45 0 0"'), grams * GF, mirrors="xy"
+        f"an edge of 6 mm under {grams:g} gf", on_slide(edge, height, turn='euler="45 0 0"'), grams * GF, mirrors="xy"
     )
 
 
@@ -254,13 +260,13 @@ def _lying_capsule(turn: float) -> Case:
     geom = '<geom type="capsule" size=".0025 .003" quat=".70710678118654752 0 .70710678118654752 0"/>'
     return Case(
         f"a lying capsule, turned by {turn:g} degrees about the pad's normal",
-        _body(geom, 2.6e-3, at=(1.1e-3, 0.4e-3) if turn == 0 else (-0.4e-3, 1.1e-3), turn=f'euler="0 0 {turn:g}"'),
+        on_slide(geom, 2.6e-3, at=(1.1e-3, 0.4e-3) if turn == 0 else (-0.4e-3, 1.1e-3), turn=f'euler="0 0 {turn:g}"'),
         0.5,
     )
 
 
 def _ball_and(other: str, about: str) -> Case:
-    return Case(about, _body(f'<geom type="sphere" size=".004"/>{other}', 4.1e-3), 0.4, mirrors="xy")
+    return Case(about, on_slide(f'<geom type="sphere" size=".004"/>{other}', 4.1e-3), 0.4, mirrors="xy")
 
 
 _GHOST = 'contype="0" conaffinity="0"'
@@ -324,7 +330,7 @@ _ON_THE_FLOOR = '<geom type="plane" size="1 1 .1"/>'
 def _flat_box(size: tuple[float, float, float]) -> Case:
     about = "a flat box of 16 x 12 mm, centred on a sheet of {:g} x {:g} x {:g} mm"
     box = '<geom type="box" size=".008 .006 .01"/>'
-    return Case(about.format(*(1e3 * s for s in size)), _body(box, 0.0101), 3.0, pad=size, mirrors="xy")
+    return Case(about.format(*(1e3 * s for s in size)), on_slide(box, 0.0101), 3.0, pad=size, mirrors="xy")
 
 
 def _free(geoms: str, pose: tuple[float, ...], about: str, **options: Any) -> Case:
@@ -363,7 +369,7 @@ CASES: dict[str, Case] = {
         velocity=(-0.4, 0, 0.02, 0, 0.5, 0),
     ),
     "box over the rim": Case(
-        "a box half beside the pad", _body('<geom type="box" size=".005 .004 .005"/>', 5.1e-3, at=(7e-3, 0)), 1.0
+        "a box half beside the pad", on_slide('<geom type="box" size=".005 .004 .005"/>', 5.1e-3, at=(7e-3, 0)), 1.0
     ),
     "box from beside": Case(
         "a wall pressed against the pad's side, as high as its rim",
@@ -379,7 +385,7 @@ CASES: dict[str, Case] = {
     "60 x 40 x 5 mm": _flat_box((60e-3, 40e-3, 5e-3)),
     "cone on 1 mm": Case(
         "the point of a cone on a pad of 1 mm",
-        _body('<geom type="mesh" mesh="cone"/>', 1e-4),
+        on_slide('<geom type="mesh" mesh="cone"/>', 1e-4),
         0.3,
         assets=meshes.mjcf("cone", meshes.cone(4e-3, 6e-3)),
         pad=(15e-3, 15e-3, 1e-3),
@@ -390,7 +396,7 @@ CASES: dict[str, Case] = {
     ),
     "cylinder on a small pad": Case(
         "an upright cylinder of 3 mm diameter on a pad of 4 x 4 x 2 mm",
-        _body('<geom type="cylinder" size=".0015 .004"/>', 4.1e-3),
+        on_slide('<geom type="cylinder" size=".0015 .004"/>', 4.1e-3),
         0.3,
         pad=(4e-3, 4e-3, 2e-3),
     ),
@@ -399,7 +405,7 @@ CASES: dict[str, Case] = {
     "grip by a corner": _grip(3.0, 0.7),
     "torus of another plugin": Case(
         "a signed distance function of MuJoCo's own plugin",
-        _body('<geom type="sdf" mesh="sdf"><plugin instance="sdf"/></geom>', 1.6e-3),
+        on_slide('<geom type="sdf" mesh="sdf"><plugin instance="sdf"/></geom>', 1.6e-3),
         0.5,
         assets='<mesh name="sdf"><plugin instance="sdf"/></mesh>',
         extensions='<plugin plugin="mujoco.sdf.torus"><instance name="sdf"><config key="radius1" value=".004"/>'
@@ -415,7 +421,7 @@ CASES: dict[str, Case] = {
     ),
     "geoms of one body": Case(
         "a box and a ball of one body, of different heights, under law foundation",
-        _body(
+        on_slide(
             '<geom type="box" size=".002 .003 .002" pos="-.003 0 .002"/>'
             '<geom type="sphere" size=".002" pos=".003 0 .00202"/>',
             1e-4,
@@ -425,8 +431,8 @@ CASES: dict[str, Case] = {
     ),
     "two bodies": Case(
         "two balls, each a body, 4.4 mm apart",
-        _body('<geom type="sphere" size=".002"/>', 2.1e-3, at=(-2.2e-3, 0))
-        + _body('<geom type="sphere" size=".002"/>', 2.1e-3, at=(2.2e-3, 0), number="2"),
+        on_slide('<geom type="sphere" size=".002"/>', 2.1e-3, at=(-2.2e-3, 0))
+        + on_slide('<geom type="sphere" size=".002"/>', 2.1e-3, at=(2.2e-3, 0), number="2"),
         0.4,
         mirrors="xy",
     ),
@@ -447,7 +453,7 @@ CASES: dict[str, Case] = {
     "four rods": _rods(4),
     "two balls": Case(
         "two balls of one body",
-        _body(
+        on_slide(
             '<geom type="sphere" size=".003" pos="-.0035 0 0"/><geom type="sphere" size=".003" pos=".0035 0 0"/>',
             3.1e-3,
         ),
@@ -458,7 +464,7 @@ CASES: dict[str, Case] = {
     "25 feet": _grid_of_feet(5),
     "square below a plate": Case(
         "a square, and 60 um above it a plate that comes down as well",
-        _body(
+        on_slide(
             '<geom type="box" size=".0018 .0018 .001"/><geom type="box" size=".0045 .0045 .001" pos="0 0 .00006"/>',
             1.1e-3,
         ),
@@ -467,7 +473,7 @@ CASES: dict[str, Case] = {
     ),
     "balls below a plate": Case(
         "a plate from which two balls stand out by 30 and 65 um",
-        _body(
+        on_slide(
             '<geom type="box" size=".0045 .004 .001"/>'
             '<geom type="sphere" size=".00055" pos="-.0017 .0031 -.00048"/>'
             '<geom type="sphere" size=".0013" pos=".0018 -.0022 .000235"/>',
@@ -477,7 +483,7 @@ CASES: dict[str, Case] = {
     ),
     "frame": Case(
         "a square frame of four boxes, 10 mm wide, its bars 1 mm",
-        _body(
+        on_slide(
             "".join(
                 f'<geom type="box" size="{long} {wide} .002" pos="{x} {y} .002"/>'
                 for long, wide, x, y in (
@@ -494,7 +500,7 @@ CASES: dict[str, Case] = {
     ),
     "star": Case(
         "a star-shaped prism, a mesh with notches",
-        _body('<geom type="mesh" mesh="star"/>', 1e-4),
+        on_slide('<geom type="mesh" mesh="star"/>', 1e-4),
         1.0,
         assets=meshes.mjcf("star", meshes.star(5e-3, 2e-3, 4e-3)),
     ),
@@ -516,13 +522,13 @@ CASES: dict[str, Case] = {
     ),
     "box above its origin": Case(
         "a box whose bottom is 3.5 mm above its body's origin, leaning by 1.5 degrees",
-        _body('<geom type="box" size=".003 .003 .004" pos="0 0 .0075"/>', -3.3e-3, turn='euler="1.5 0 0"'),
+        on_slide('<geom type="box" size=".003 .003 .004" pos="0 0 .0075"/>', -3.3e-3, turn='euler="1.5 0 0"'),
         1.0,
         mirrors="x",
     ),
     "box around its origin": Case(
         "the same box around its origin",
-        _body(
+        on_slide(
             '<geom type="box" size=".003 .003 .004"/>',
             -3.3e-3 + 7.5e-3 * np.cos(np.radians(1.5)),
             at=(0, -7.5e-3 * np.sin(np.radians(1.5))),
@@ -534,13 +540,13 @@ CASES: dict[str, Case] = {
     # Models that change while they run, each with what they become.
     "size changed": Case(
         "a ball of 4 mm radius that becomes one of 8 mm",
-        _body('<geom name="ball" type="sphere" size=".004"/>', 4.1e-3),
+        on_slide('<geom name="ball" type="sphere" size=".004"/>', 4.1e-3),
         0.6,
         change=_grow,
         mirrors="xy",
     ),
     "size as changed": Case(
-        "a ball of 8 mm radius", _body('<geom name="ball" type="sphere" size=".008"/>', 8.1e-3), 0.6, mirrors="xy"
+        "a ball of 8 mm radius", on_slide('<geom name="ball" type="sphere" size=".008"/>', 8.1e-3), 0.6, mirrors="xy"
     ),
     "height field changed": _falling_pad(
         _HILLS, about="a hill that becomes another one", force=0.8, assets=_hfield(_hills(True)), change=_new_hills
