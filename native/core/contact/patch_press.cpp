@@ -62,7 +62,7 @@ constexpr double kMostFiner = 4.0;       // largest factor,
 constexpr double kMostFinerStrips = 2.83;   // that of cells along ridges, which are many already,
 constexpr double kManyFiner = 150.0;     // and number of cells beyond which there is none;
 constexpr double kManySheared = 60.0;    // that number if shear is solved for as well
-constexpr double kFinerMargin = 0.5;     // see kEnergyMargin; more cells also see more of the body's height
+constexpr double kFinerMargin = 0.5;     // see kEnergyMargin; small cells see more of a body that has no ridges
 
 // Nested cells, on which contacts are pressed whose tilt has not settled, that overlook a part of the body, or that are
 // rough and have several spots or few cells that press.
@@ -343,7 +343,7 @@ double PatchPress::needs_finer(const LawOptions& options) const {
   if (!(depth > 0.0) || presses_few()) return 1.0;
   const double wanted = laid_.cells().roughness(laid_.pressed(), depth) / (kSmooth * depth);
   const double many = options.tangential->couples() ? kManySheared : kManyFiner;
-  const bool strips = laid_.cells().lattices().follows_ridges(0);
+  const bool strips = lattices_.along_ridges();
   const double most = std::min(strips ? kMostFinerStrips : kMostFiner, many / static_cast<double>(options.cells));
   if (!(wanted > kWorthwhile)) return 1.0;
   const double stepped = std::exp2(std::round(kFinerSteps * std::log2(wanted)) / kFinerSteps);
@@ -355,11 +355,12 @@ double PatchPress::needs_finer(const LawOptions& options) const {
 bool PatchPress::refine(const Problem& problem, const Looks& looks, double finer) {
   Viewpoint view = looks.best;
   view.finer = finer;
+  const double margin = lattices_.along_ridges() ? kEnergyMargin : kFinerMargin;
   std::swap(laid_, best_);
   if (!looks.last_is_best) find_spots(problem, view);
   const bool solved = press(problem, view) && laid_.contact().exact();
   const Merit found = solved ? merit(problem.load, next_part(), problem.options) : Merit{};
-  if (solved && !is_worse(found, looks.best_merit, kFinerMargin)) return true;
+  if (solved && !is_worse(found, looks.best_merit, margin)) return true;
   std::swap(laid_, best_);
   return false;
 }
