@@ -182,7 +182,8 @@ class Found:
     """One body at one fidelity.
 
     Attributes:
-        name: of kind, seed, pad and fidelity.
+        name: kind, seed and pad.
+        fidelity: preset by name.
         error: against the dense contact [-]; None where that was not asked for, or there is none.
         change: of the readings over a slide [-]; None where MuJoCo's wrench jumps.
         range: of the contact over the linear range [-].
@@ -208,10 +209,8 @@ def look_at(case: Case, name: str, fidelity: str, *, cells: int, farthest: float
     model = mujoco.MjModel.from_xml_string(
         rough.mjcf(case, "body", fidelity=fidelity, law="elastic", output="von_mises range")
     )
-    data = mujoco.MjData(model)
     pad, body = model.geom("pad").id, model.jnt_bodyid[model.joint("press").id]
-    rough.pressed(model, data, case.force)
-    mujoco.mj_forward(model, data)
+    data = _at_rest(model, case.force)
     readings, range_ = data.sensordata[:-1].copy(), float(data.sensordata[-1])
     error = None
     if cells and range_ <= farthest:
@@ -223,13 +222,19 @@ def look_at(case: Case, name: str, fidelity: str, *, cells: int, farthest: float
     wrench = contact_wrenches(model, data, pad).wrenches.sum(axis=0)
     angle = np.random.default_rng(len(name)).uniform(0.0, 2 * np.pi)
     model.body_pos[body, :2] += SLIDE * np.array([np.cos(angle), np.sin(angle)])
-    data = mujoco.MjData(model)
-    rough.pressed(model, data, case.force)
-    mujoco.mj_forward(model, data)
+    data = _at_rest(model, case.force)
     moved = contact_wrenches(model, data, pad).wrenches.sum(axis=0)
     jump = float(np.linalg.norm((moved - wrench)[3:])) / (case.force * min(case.pad))
     change = float(np.linalg.norm(data.sensordata[:-1] - readings) / np.linalg.norm(readings))
     return Found(name, fidelity, error, change if jump < _JUMP else None, range_)
+
+
+def _at_rest(model: mujoco.MjModel, force: float) -> mujoco.MjData:
+    """The model's body at rest under a force [N], read."""
+    data = mujoco.MjData(model)
+    rough.pressed(model, data, force)
+    mujoco.mj_forward(model, data)
+    return data
 
 
 def look_at_all(

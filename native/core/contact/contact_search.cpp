@@ -440,8 +440,7 @@ Spot ContactSearch::everything() const {
 // ridges do not account for these.
 bool ContactSearch::find_ridges(const HeightMap& map, const Plane& plane, const SearchLoad& load, double length) {
   if (!load.follows || !(level_ > 0.0)) return false;
-  const bool open = std::any_of(spots_.begin(), spots_.end(), [](const Spot& spot) { return spot.is_open(); });
-  if (!open && level_ <= loaded_) return false;
+  if (!lacks_area() && !any_is_open(spots_)) return false;
   Ridges::Grid grid = {bounds_, kLines, grid_, {nullptr, nullptr, nullptr, nullptr}};
   for (std::size_t k = 0; k < rim_count_; ++k) {
     const Point& inward = rim_[k].inward;
@@ -449,10 +448,10 @@ bool ContactSearch::find_ridges(const HeightMap& map, const Plane& plane, const 
   }
   const double ceiling = kSpare * std::max(reached_, load.reach);
   const HeightWindow view = {&map, {plane.slopes[0], plane.slopes[1]}, plane.middle, lowest_, ceiling};
-  const std::size_t most = level_ > loaded_ ? kMostOfEdges : kMostCrossings;
+  const std::size_t most = lacks_area() ? kMostOfEdges : kMostCrossings;
   ridges_.find(view, grid, kRidgeTolerance * load.force / (load.modulus * length), most);
-  return ridges_.length_below(std::max(reached_, load.reach)) * (level_ > loaded_ ? kMissedEdge : 1.0 / kLongRidges) >
-         length;
+  const double least = lacks_area() ? length / kMissedEdge : kLongRidges * length;
+  return ridges_.length_below(std::max(reached_, load.reach)) > least;
 }
 
 // Replace the spots by others along ridges if the contact is narrow. A line contact of length L carries the force
@@ -468,7 +467,7 @@ void ContactSearch::follow_ridges(const HeightMap& map, const Plane& plane, cons
   const double gathered = std::min(std::max(level, load.reach - deepest), end);
   double strip = product / ridges_.length_below(gathered);
   // A sharp edge is pressed until the surface can bear its force.
-  const bool sharp = level_ > loaded_;
+  const bool sharp = lacks_area();
   for (int k = 0; sharp && k < kWidenings && ridges_.area_below(gathered, strip) < load.least_area; ++k) strip *= 2.0;
   ridges_.connect(gathered, kNear * spacing_, strip);
   if (ridges_.count() > kMostParts) return;

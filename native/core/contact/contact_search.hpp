@@ -9,6 +9,7 @@
 // half of its force.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -43,6 +44,10 @@ struct Spot {
   bool is_open() const { return area < kOpen * region.area(); }
 };
 
+inline bool any_is_open(const std::vector<Spot>& spots) {
+  return std::any_of(spots.begin(), spots.end(), [](const Spot& one) { return one.is_open(); });
+}
+
 // The load that a body must carry.
 struct SearchLoad {
   double force;        // pressing [N]
@@ -69,6 +74,8 @@ class ContactSearch {
   double same() const { return kSame * spacing_; }
   // Height of the level if no least area were asked for [m].
   double loaded() const { return loaded_; }
+  // Whether the level is higher because the area would be less than that.
+  bool lacks_area() const { return level_ > loaded_; }
   // Height of the body's lowest point above the given plane [m].
   double lowest() const { return lowest_; }
   // Height up to which the spots reach [m]. It is above the level if a higher spot was found to touch or nearly

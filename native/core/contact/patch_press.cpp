@@ -592,7 +592,7 @@ double PatchPress::highest_cells(const LawOptions& options, const Viewpoint& vie
   if (options.law->shapes()) {
     highest = std::max(search_.loaded() * view.height_factor, search_.reached());
     const double bounded = SpotLattices::kBoundedHeightFactor * search_.level();
-    if (search_.level() > search_.loaded()) highest = std::max(highest, bounded);
+    if (search_.lacks_area()) highest = std::max(highest, bounded);
   }
   if (view.most_height > 0.0) highest = std::min(highest, std::max(view.most_height, search_.level()));
   if (view.end_height > 0.0) highest = std::min(highest, view.end_height);
@@ -677,7 +677,7 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
     view.least_height = ends ? touching : 0.0;
     view.end_height = view.spot_end = 0.0;
     // If there is one spot that fills its rectangle, no part of the body is outside it.
-    const bool open = std::any_of(spots_.begin(), spots_.end(), [](const Spot& one) { return one.is_open(); });
+    const bool open = any_is_open(spots_);
     const double share_of_depth = open && lattices_.along_ridges() ? kTiltedShareOfRings : kTiltedShare;
     view.spot_height = spots_.size() > 1 || open ? share_of_depth * laid_.contact().indentation() : 0.0;
     if (touches || share < rolling) {

@@ -192,7 +192,7 @@ void SpotLattices::set_regions(const Look& look) {
     const Region largest = {region.centre, region.angle, wider * region.width, wider * region.height};
     trim(look.seen, open ? kTrimmed : 0.0, wider, region);
     // Pressure rises toward corners, unless the load is more than the pad can bear.
-    if (search.level() <= search.loaded()) include_corners(look.seen, largest, region);
+    if (!search.lacks_area()) include_corners(look.seen, largest, region);
     region.width *= kWithin, region.height *= kWithin;
     regions_.push_back(region.lengthwise());
   }

@@ -44,14 +44,12 @@ class CrossingSearch {
       }
     }
     if (heights[1] > 0.0) return false;
-    const double before = level_until(places[1], heights[1] + tolerance, -1.0);
-    const double after = level_until(places[1], heights[1] + tolerance, 1.0);
-    crossing.place = places[1] + (after - before) / 2, crossing.height = heights[1];
+    crossing.place = places[1], crossing.height = heights[1];
+    count_samples_from(places[1], heights[1]);
+    const double aside = (level_until(tolerance, 1.0) - level_until(tolerance, -1.0)) / 2;
+    crossing.place += aside;
+    count_samples_from(aside, 0.0);
     crossing.at = at(crossing.place);
-    for (std::size_t k = 0; k < crossing.count_; ++k) {
-      RidgeCrossing::Sample& one = crossing.samples_[k];
-      one.away -= crossing.place, one.higher -= heights[1];
-    }
     return true;
   }
 
@@ -63,26 +61,24 @@ class CrossingSearch {
   Point at(double place) const { return {line_.start.x + place * line_.step.x, line_.start.y + place * line_.step.y}; }
   void keep(double place, double height) { crossing.samples_[crossing.count_++] = {place, height}; }
 
-  // How far the bottom is level on one side of a place, as that of a faceted ring is: where the body is not above a
-  // height there. 0 if it is sharp.
-  double level_until(double middle, double level, double sign) {
-    double within = 0.0, beyond = kNowhere;   // distances from the middle
-    const auto each_away = [&](auto&& visit) {
-      for (std::size_t k = 0; k < crossing.count_; ++k) {
-        const double away = sign * (crossing.samples_[k].away - middle);
-        if (away > 0.0) visit(away, crossing.samples_[k].higher);
-      }
-    };
-    each_away([&](double away, double height) { if (height <= level) within = std::max(within, away); });
-    each_away([&](double away, double) { if (away > within) beyond = std::min(beyond, away); });
-    if (!(within > kLevel)) return 0.0;
-    if (!std::isfinite(beyond)) return within;
-    for (int halving = 0; halving < RidgeCrossing::kEndHalvings; ++halving) {
-      const double away = (within + beyond) / 2, found = height(middle + sign * away);
-      keep(middle + sign * away, found);
-      (found <= level ? within : beyond) = away;
+  void count_samples_from(double place, double height) {
+    for (std::size_t k = 0; k < crossing.count_; ++k) {
+      crossing.samples_[k].away -= place, crossing.samples_[k].higher -= height;
     }
-    return within;
+  }
+
+  // How far the bottom is level on one side of the crossing, as that of a faceted ring is: where the body is higher by
+  // at most `level` [m]. 0 if it is sharp.
+  double level_until(double level, double sign) {
+    auto [within, beyond] = crossing.around_end(level, sign);
+    if (!(within.away > kLevel)) return 0.0;
+    for (int halving = 0; std::isfinite(beyond.away) && halving < RidgeCrossing::kEndHalvings; ++halving) {
+      const double away = (within.away + beyond.away) / 2;
+      const double higher = height(crossing.place + sign * away) - crossing.height;
+      keep(sign * away, higher);
+      (higher <= level ? within : beyond).away = away;
+    }
+    return within.away;
   }
 
   const HeightWindow& view_;
@@ -149,7 +145,7 @@ void add_crossings(const HeightWindow& view, const SampledLine& line, double tol
   }
 }
 
-double RidgeCrossing::reach(double level, double sign) const {
+std::pair<RidgeCrossing::Sample, RidgeCrossing::Sample> RidgeCrossing::around_end(double level, double sign) const {
   Sample within = {0.0, 0.0}, beyond = {kNowhere, kNowhere};
   for (std::size_t k = 0; k < count_; ++k) {
     const double away = sign * samples_[k].away;
@@ -159,6 +155,11 @@ double RidgeCrossing::reach(double level, double sign) const {
     const double away = sign * samples_[k].away;
     if (away > within.away && away < beyond.away) beyond = {away, samples_[k].higher};
   }
+  return {within, beyond};
+}
+
+double RidgeCrossing::reach(double level, double sign) const {
+  const auto [within, beyond] = around_end(level, sign);
   return std::isfinite(beyond.away) ? place_between(within, beyond, level) : within.away;
 }
 

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "geometry/height_map.hpp"
@@ -52,6 +53,9 @@ class RidgeCrossing {
   struct Sample {
     double away = 0.0, higher = 0.0;   // from the crossing, in steps; above it [m]
   };
+  // The last sample toward one side that is higher by at most `level` [m], and the next one; the latter is infinitely
+  // far away if there is none. Distances are positive.
+  std::pair<Sample, Sample> around_end(double level, double sign) const;
   static double place_between(const Sample& within, const Sample& beyond, double level);
   // The first two are the samples on both sides.
   std::array<Sample, 2 * kHalvings + 2 * kEndHalvings + 2> samples_;
