@@ -65,9 +65,8 @@ bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rec
     whole_ = around(whole_, {low[0], low[1], high[0], high[1]});
     const std::size_t first = candidates_.size();
     placed.add_bottoms(candidates_);
-    candidates_.erase(std::remove_if(candidates_.begin() + static_cast<std::ptrdiff_t>(first), candidates_.end(),
-                                     [&](const Point& at) { return !sheet.holds(at.x, at.y); }),
-                      candidates_.end());
+    // A body whose lowest point is beside the sheet is lowest on its rim.
+    for (std::size_t k = first; k < candidates_.size(); ++k) candidates_[k] = sheet.nearest(candidates_[k]);
   }
   bounds_ = common(whole_, sheet);
   return count_ > 0;

@@ -28,6 +28,10 @@ struct Rectangle {
   }
   double area() const { return (east - west) * (north - south); }
   Point middle() const { return {(west + east) / 2, (south + north) / 2}; }
+  // Its point that is nearest to another one.
+  Point nearest(const Point& at) const {
+    return {std::min(std::max(at.x, west), east), std::min(std::max(at.y, south), north)};
+  }
 };
 
 // Intersection of two rectangles. If it is empty, west is beyond east or south beyond north.
