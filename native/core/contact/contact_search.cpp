@@ -440,7 +440,6 @@ Spot ContactSearch::everything() const {
 // ridges do not account for these.
 bool ContactSearch::find_ridges(const HeightMap& map, const Plane& plane, const SearchLoad& load, double length) {
   if (!load.follows || !(level_ > 0.0)) return false;
-  if (!lacks_area() && !any_is_open(spots_)) return false;
   Ridges::Grid grid = {bounds_, kLines, grid_, {nullptr, nullptr, nullptr, nullptr}};
   for (std::size_t k = 0; k < rim_count_; ++k) {
     const Point& inward = rim_[k].inward;
@@ -467,8 +466,7 @@ void ContactSearch::follow_ridges(const HeightMap& map, const Plane& plane, cons
   const double gathered = std::min(std::max(level, load.reach - deepest), end);
   double strip = product / ridges_.length_below(gathered);
   // A sharp edge is pressed until the surface can bear its force.
-  const bool sharp = lacks_area();
-  for (int k = 0; sharp && k < kWidenings && ridges_.area_below(gathered, strip) < load.least_area; ++k) strip *= 2.0;
+  for (int k = 0; k < kWidenings && ridges_.area_below(gathered, strip) < load.least_area; ++k) strip *= 2.0;
   ridges_.connect(gathered, kNear * spacing_, strip);
   if (ridges_.count() > kMostParts) return;
   double all = 0.0, narrow = 0.0, area = 0.0;

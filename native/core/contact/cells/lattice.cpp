@@ -8,7 +8,9 @@
 namespace mjtactile {
 namespace {
 
-constexpr double kLongest = 5.0;
+// Length of cells over their width: up to kLong, and up to kLongest where fewer than kFewestRows of them would lie
+// across the region otherwise. In a narrow contact, the pressure's course along it tells more than that across.
+constexpr double kLong = 8.0, kLongest = 32.0, kFewestRows = 2.0;
 // Largest rounding error of a number of cells that should be whole.
 constexpr double kMostRounding = 1e-9;
 
@@ -37,8 +39,11 @@ Region Region::lengthwise() const {
   return width >= height ? *this : Region{centre, angle + kRightAngle, height, width};
 }
 
-double Region::stretch() const {
-  return std::exp2(std::min(std::max(std::floor(std::log2(width / height) + kMostRounding), 0.0), kLongest));
+double Region::stretch(double cell_area) const {
+  const double shape = std::exp2(std::max(std::floor(std::log2(width / height) + kMostRounding), 0.0));
+  const double square = height / kFewestRows;   // side of a square cell of which as many rows lie across
+  const double needed = std::exp2(std::ceil(std::log2(cell_area / (square * square)) - kMostRounding));
+  return std::min({shape, std::max(kLong, needed), kLongest});
 }
 
 Lattice Region::lattice(double cell_area, double narrowest) const {
@@ -58,7 +63,7 @@ Lattice Region::lattice(double cell_area, double narrowest) const {
     return {centre, size, size / height, columns, 1, c, s};
   }
   // If cells with the preferred ratio of sides would be too narrow, the ratio is reduced.
-  const double longer = std::min(stretch(), std::max(cell_area / (narrowest * narrowest), 1.0));
+  const double longer = std::min(stretch(cell_area), std::max(cell_area / (narrowest * narrowest), 1.0));
   const double size = std::max(std::sqrt(cell_area * longer), narrowest * longer);
   const std::size_t columns = cells(width, size), rows = cells(height, size / longer);
   const double fitting = std::max({width / static_cast<double>(columns), longer * height / static_cast<double>(rows),

@@ -58,8 +58,8 @@ struct Region {
   double away(const Point& at) const;
   // The same rectangle with the longer side as its width.
   Region lengthwise() const;
-  // Length of cells over their width, a power of two. Long contacts get long cells.
-  double stretch() const;
+  // Length of cells of about the given area [m^2] over their width, a power of two. Long contacts get long cells.
+  double stretch(double cell_area) const;
   // Equal cells that cover the region, with about the given area [m^2]. None is narrower than `narrowest` [m].
   Lattice lattice(double cell_area, double narrowest) const;
 };
