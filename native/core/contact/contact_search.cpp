@@ -435,11 +435,12 @@ Spot ContactSearch::everything() const {
   return {{bounds_.middle(), 0.0, width, height}, width * height, width + height};
 }
 
-// Find ridges if some spot is open, as narrow and bent contacts are. Spots that cannot bear the force may be what the
-// grid sees of a sharp edge; then ridges count if they are much longer. `length`: of all spots [m]. False if the
-// ridges do not account for these.
+// Find ridges if there are several spots, or one is open, as narrow and bent contacts are. Spots that cannot bear the
+// force may be what the grid sees of a sharp edge; then ridges count if they are much longer. `length`: of all spots
+// [m]. False if the ridges do not account for these.
 bool ContactSearch::find_ridges(const HeightMap& map, const Plane& plane, const SearchLoad& load, double length) {
   if (!load.follows || !(level_ > 0.0)) return false;
+  if (!lacks_area() && spots_.size() < 2 && !any_is_open(spots_)) return false;
   Ridges::Grid grid = {bounds_, kLines, grid_, {nullptr, nullptr, nullptr, nullptr}};
   for (std::size_t k = 0; k < rim_count_; ++k) {
     const Point& inward = rim_[k].inward;

@@ -193,7 +193,7 @@ bool PatchPress::needs_nested(const LawOptions& options) {
   const double least = *std::min_element(laid_.heights().begin(), laid_.heights().end());
   if (least > kOverlooked * laid_.contact().lowered()) return true;
   const bool apart = spots_.size() > 1 || spots_.front().is_open(), many = options.cells >= kManyCells;
-  if (apart && leaves_uncovered(many ? kUncovered : 0.0)) return true;
+  if (apart && !along_ridges() && leaves_uncovered(many ? kUncovered : 0.0)) return true;
   if (many) return overlooks();
   if (!settled_) return true;
   const bool several = spots_.size() > 1;
@@ -343,7 +343,7 @@ double PatchPress::needs_finer(const LawOptions& options) const {
   if (!(depth > 0.0) || presses_few()) return 1.0;
   const double wanted = laid_.cells().roughness(laid_.pressed(), depth) / (kSmooth * depth);
   const double many = options.tangential->couples() ? kManySheared : kManyFiner;
-  const bool strips = lattices_.along_ridges();
+  const bool strips = along_ridges();
   const double most = std::min(strips ? kMostFinerStrips : kMostFiner, many / static_cast<double>(options.cells));
   if (!(wanted > kWorthwhile)) return 1.0;
   const double stepped = std::exp2(std::round(kFinerSteps * std::log2(wanted)) / kFinerSteps);
@@ -355,7 +355,7 @@ double PatchPress::needs_finer(const LawOptions& options) const {
 bool PatchPress::refine(const Problem& problem, const Looks& looks, double finer) {
   Viewpoint view = looks.best;
   view.finer = finer;
-  const double margin = lattices_.along_ridges() ? kEnergyMargin : kFinerMargin;
+  const double margin = along_ridges() ? kEnergyMargin : kFinerMargin;
   std::swap(laid_, best_);
   if (!looks.last_is_best) find_spots(problem, view);
   const bool solved = press(problem, view) && laid_.contact().exact();
@@ -624,7 +624,7 @@ PatchPress::NextPart PatchPress::next_part(const double* tilt, const Point& cent
 // does, goes on beyond its region in proportion to the height.
 bool PatchPress::reaches_other_part() const {
   const double lowered = laid_.contact().lowered();
-  if (lattices_.along_ridges()) return search_.has_more_ridges(lowered);
+  if (along_ridges()) return search_.has_more_ridges(lowered);
   if (search_.sees_all()) return false;
   widen_regions(std::max(kOtherPart, 2.0 * lowered / laid_.view().highest));
   return search_.lower_than(seen_plane(), lowered, wider_);
@@ -654,7 +654,7 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
   const double leans = std::hypot(slopes[0], slopes[1]);
   const bool narrow = carries && lift <= kNarrow * options.narrowest * leans;
   const bool touches = carries && next.share < 1.0;
-  const double small = lattices_.along_ridges() ? kSmallTiltOfStrips : kSmallTilt;
+  const double small = along_ridges() ? kSmallTiltOfStrips : kSmallTilt;
   const bool tilted = touches || (lift > small * depth && !narrow);
   const LaidLower tilting = laid_.contact().linear() ? kLaidLowerFree : kLaidLowerTilting;
   const LaidLower bound = options.tilting ? tilting : kLaidLower;
@@ -678,7 +678,7 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
     view.end_height = view.spot_end = 0.0;
     // If there is one spot that fills its rectangle, no part of the body is outside it.
     const bool open = any_is_open(spots_);
-    const double share_of_depth = open && lattices_.along_ridges() ? kTiltedShareOfRings : kTiltedShare;
+    const double share_of_depth = open && along_ridges() ? kTiltedShareOfRings : kTiltedShare;
     view.spot_height = spots_.size() > 1 || open ? share_of_depth * laid_.contact().indentation() : 0.0;
     if (touches || share < rolling) {
       view.spot_height = std::max(view.spot_height, kTouchMargin * next.height);
@@ -687,7 +687,7 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
     return true;
   }
   // Cells along ridges are as wide as the contact, which is deeper than they are high.
-  const bool strips = lattices_.along_ridges();
+  const bool strips = along_ridges();
   if (search_.level() > 0.0 && !strips && laid_.contact().indentation() > kTooDeep * laid_.view().highest &&
       view.height_factor < kMostHeightFactor) {
     // The contact is so deep that parts above the cells touch as well.

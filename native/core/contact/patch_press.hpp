@@ -133,6 +133,8 @@ class PatchPress {
   void find_spots(const Problem& problem, const Viewpoint& view);
   bool press(const Problem& problem, const Viewpoint& view);
   bool overloads() const;
+  // Whether cells lie along ridges.
+  bool along_ridges() const { return laid_.cells().lattices().along_ridges(); }
   void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
   double exact_depth(const LawOptions& options) const;
   bool presses_few() const;

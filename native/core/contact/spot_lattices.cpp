@@ -127,7 +127,7 @@ void SpotLattices::lay_all(const Look& look, SampledLattices& lattices) {
   const Number number = number_of_cells(look);
   double coarser = 1.0;   // factor on the cells' area
   for (int round = 0; round < kRounds; ++round) {
-    lattices.clear();
+    lattices.clear(along_ridges_);
     for (std::size_t k = 0; k < spots_.size(); ++k) {
       const Lattice lattice = lattice_over(look, k, number.wanted, coarser);
       if (follows_[k]) {

@@ -33,8 +33,6 @@ class SpotLattices {
   // lie along them anyway, and follow them only if they would miss them. If cells that follow ridges miss them, cells
   // are laid as on other spots.
   void lay(const Look& look, SampledLattices& lattices);
-  // Whether cells of the last call were laid along ridges.
-  bool along_ridges() const { return along_ridges_; }
   // Regions around the spots of the last call.
   const std::vector<Region>& regions() const { return regions_; }
   // Whether there is a single spot that fills its rectangle, is about as long as wide, and is larger than a cell.

@@ -57,7 +57,8 @@ bool SampledLattices::Territory::lost(const Point& at) const {
   return false;
 }
 
-void SampledLattices::clear() {
+void SampledLattices::clear(bool along_ridges) {
+  along_ridges_ = along_ridges;
   lattices_.clear();
   numbers_.clear();
   nodes_.clear();

@@ -38,8 +38,9 @@ class SampledLattices {
   // Of a place whose cell does not count; and of one whose cell counts but has no number yet.
   static constexpr std::int32_t kNone = -1, kCounted = -2;
 
-  // Remove all lattices.
-  void clear();
+  // Remove all lattices. `along_ridges`: whether those that follow lie along ridges of the body.
+  void clear(bool along_ridges);
+  bool along_ridges() const { return along_ridges_; }
   // Add a lattice, grown as far as the body goes on, and count its cells over which the body stands low enough.
   void add(Lattice lattice, const HeightWindow& view, const Territory& territory);
   // Add a lattice whose cells follow the ridges of the body. Those count that a strip along a ridge meets, in which the
@@ -118,6 +119,7 @@ class SampledLattices {
   std::vector<double> nodes_;                       // heights minus the limit [m]; infinite where they are not needed
   std::vector<std::size_t> splits_;                 // for each lattice of the last split, the one that it splits
   std::size_t counted_ = 0;
+  bool along_ridges_ = false;
   // Where a node line of a lattice that follows ridges crosses one, and the part of it on the strip, in half cells from
   // the lattice's first node.
   struct Strip {
