@@ -9,8 +9,9 @@ namespace mjtactile {
 namespace {
 
 // Length of cells over their width: up to kLong, and up to kLongest where fewer than kFewestRows of them would lie
-// across the region otherwise. In a narrow contact, the pressure's course along it tells more than that across.
-constexpr double kLong = 8.0, kLongest = 32.0, kFewestRows = 2.0;
+// across the region otherwise: about half of them press. In a narrow contact, the pressure's course along it tells more
+// than that across.
+constexpr double kLong = 8.0, kLongest = 32.0, kFewestRows = 4.0;
 // Largest rounding error of a number of cells that should be whole.
 constexpr double kMostRounding = 1e-9;
 
