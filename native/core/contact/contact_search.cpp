@@ -465,9 +465,11 @@ void ContactSearch::follow_ridges(const HeightMap& map, const Plane& plane, cons
   ridges_.count_from(deepest);
   const double end = load.end - deepest, level = std::min(ridges_.level_for(product), end);
   const double gathered = std::min(std::max(level, load.reach - deepest), end);
-  double strip = product / ridges_.length_below(gathered);
-  // A sharp edge is pressed until the surface can bear its force.
-  for (int k = 0; k < kWidenings && ridges_.area_below(gathered, strip) < load.least_area; ++k) strip *= 2.0;
+  const double found = ridges_.length_below(gathered);
+  double strip = product / found;
+  // A sharp edge, most of which the grid missed, is pressed until the surface can bear its force.
+  const bool sharp = found > length / kMissedEdge;
+  for (int k = 0; sharp && k < kWidenings && ridges_.area_below(gathered, strip) < load.least_area; ++k) strip *= 2.0;
   ridges_.connect(gathered, kNear * spacing_, strip);
   if (ridges_.count() > kMostParts) return;
   double all = 0.0, narrow = 0.0, area = 0.0;

@@ -59,7 +59,6 @@ constexpr double kFinerSteps = 2.0;      // number of steps in which the number 
 constexpr double kMostPress = 0.35, kManyPress = 20.0;   // share of cells that press, and number of them; if less than
                                          // both do, more cells are mostly in vain
 constexpr double kMostFiner = 4.0;       // largest factor,
-constexpr double kMostFinerStrips = 2.83;   // that of cells along ridges, which are many already,
 constexpr double kManyFiner = 150.0;     // and number of cells beyond which there is none;
 constexpr double kManySheared = 60.0;    // that number if shear is solved for as well
 constexpr double kFinerMargin = 0.5;     // see kEnergyMargin; small cells see more of a body that has no ridges
@@ -344,7 +343,7 @@ double PatchPress::needs_finer(const LawOptions& options) const {
   const double wanted = laid_.cells().roughness(laid_.pressed(), depth) / (kSmooth * depth);
   const double many = options.tangential->couples() ? kManySheared : kManyFiner;
   const bool strips = along_ridges();
-  const double most = std::min(strips ? kMostFinerStrips : kMostFiner, many / static_cast<double>(options.cells));
+  const double most = std::min(kMostFiner, many / static_cast<double>(options.cells));
   if (!(wanted > kWorthwhile)) return 1.0;
   const double stepped = std::exp2(std::round(kFinerSteps * std::log2(wanted)) / kFinerSteps);
   return std::max(std::min(strips ? stepped : wanted, most), 1.0);

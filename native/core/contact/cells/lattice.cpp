@@ -8,10 +8,10 @@
 namespace mjtactile {
 namespace {
 
-// Length of cells over their width: up to kLong, and up to kLongest where fewer than kFewestRows of them would lie
-// across the region otherwise: about half of them press. In a narrow contact, the pressure's course along it tells more
-// than that across.
-constexpr double kLong = 8.0, kLongest = 32.0, kFewestRows = 4.0;
+// Length of cells over their width: up to kLong, or more where they would form more than kMoreColumns times as many
+// columns as rows, or fewer than kFewestRows rows, about half of which press; but at most kLongest. In a narrow contact,
+// the pressure's course along it tells more than that across.
+constexpr double kLong = 8.0, kLongest = 32.0, kMoreColumns = 4.0, kFewestRows = 4.0;
 // Largest rounding error of a number of cells that should be whole.
 constexpr double kMostRounding = 1e-9;
 
@@ -44,7 +44,7 @@ double Region::stretch(double cell_area) const {
   const double shape = std::exp2(std::max(std::floor(std::log2(width / height) + kMostRounding), 0.0));
   const double square = height / kFewestRows;   // side of a square cell of which as many rows lie across
   const double needed = std::exp2(std::ceil(std::log2(cell_area / (square * square)) - kMostRounding));
-  return std::min({shape, std::max(kLong, needed), kLongest});
+  return std::min({shape, std::max({kLong, shape / kMoreColumns, needed}), kLongest});
 }
 
 Lattice Region::lattice(double cell_area, double narrowest) const {
