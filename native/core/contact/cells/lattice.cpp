@@ -9,9 +9,9 @@ namespace mjtactile {
 namespace {
 
 // Length of cells over their width: up to kLong, or more where they would form more than kMoreColumns times as many
-// columns as rows, or fewer than kFewestRows rows, about half of which press; but at most kLongest. In a narrow contact,
+// columns as rows, or fewer than kFewestRows rows, of which about half press; at most kLongest. In a narrow contact,
 // the pressure's course along it tells more than that across.
-constexpr double kLong = 8.0, kLongest = 32.0, kMoreColumns = 4.0, kFewestRows = 4.0;
+constexpr double kLong = 8.0, kLongest = 32.0, kMoreColumns = 4.0, kFewestRows = 3.5;
 // Largest rounding error of a number of cells that should be whole.
 constexpr double kMostRounding = 1e-9;
 
