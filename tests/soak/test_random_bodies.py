@@ -16,7 +16,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.MeshWarning")
         # Boxes on a sharp edge, of which the search's grid sees a tenth, under 11 and 18 mN.
         ("edge", 254, "small", 2500),
         ("edge", 101, "small", 2500),
-        # Such edges of which it sees a quarter and more, under 12 and 30 mN.
+        # Such edges of which it sees a quarter and more, under 12 mN.
         ("edge", 3012, "small", 2500),
         ("edge", 3022, "default", 2500),
         # Feet of which one stands beside the pad, but presses on its rim.

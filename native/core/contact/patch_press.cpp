@@ -342,11 +342,10 @@ double PatchPress::needs_finer(const LawOptions& options) const {
   if (!(depth > 0.0) || presses_few()) return 1.0;
   const double wanted = laid_.cells().roughness(laid_.pressed(), depth) / (kSmooth * depth);
   const double many = options.tangential->couples() ? kManySheared : kManyFiner;
-  const bool strips = along_ridges();
   const double most = std::min(kMostFiner, many / static_cast<double>(options.cells));
   if (!(wanted > kWorthwhile)) return 1.0;
   const double stepped = std::exp2(std::round(kFinerSteps * std::log2(wanted)) / kFinerSteps);
-  return std::max(std::min(strips ? stepped : wanted, most), 1.0);
+  return std::max(std::min(along_ridges() ? stepped : wanted, most), 1.0);
 }
 
 // Press the body on more cells, as the best look sees it. False if that finds no contact, or one of much more energy,

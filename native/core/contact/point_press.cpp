@@ -45,9 +45,8 @@ void PointPress::add_square(const ContactPoint& point, const Options& options) {
   const double area = options.strength > 0.0 ? kSpotArea * -wrench[2] / options.strength : 0.0;
   const double half = std::min({std::max(options.least_side, std::sqrt(area)) / 2, (sheet.east - sheet.west) / 2,
                                 (sheet.north - sheet.south) / 2});
-  const Point at = centre_of_pressure(wrench);
-  const double x = std::min(std::max(at.x, sheet.west + half), sheet.east - half);
-  const double y = std::min(std::max(at.y, sheet.south + half), sheet.north - half);
+  const Rectangle room = {sheet.west + half, sheet.south + half, sheet.east - half, sheet.north - half};
+  const auto [x, y] = room.nearest(centre_of_pressure(wrench));
   const auto own = static_cast<std::int32_t>(face_.areas.size());
   const Point corners[4] = {{x - half, y - half}, {x + half, y - half}, {x + half, y + half}, {x - half, y + half}};
   for (int k = 0; k < 4; ++k) face_.edges.push_back({corners[k], corners[(k + 1) % 4], own, -1});

@@ -91,11 +91,11 @@ bool SpotLattices::is_compact(const std::vector<Spot>& spots, const LawOptions& 
 
 void SpotLattices::lay(const Look& look, SampledLattices& lattices) {
   spots_ = look.spots;
-  along_ridges_ = look.strip > 0.0;
-  if (along_ridges_ && lay_along_ridges(look, lattices)) return;
-  along_ridges_ = false;
+  if (look.along_ridges() && lay_along_ridges(look, lattices)) return;
+  Look elsewhere = look;
+  elsewhere.strip = 0.0;
   follows_.assign(spots_.size(), 0);
-  lay_all(look, lattices);
+  lay_all(elsewhere, lattices);
 }
 
 // False if a strip is wide for its cells, which then need not follow the ridge, or if the cells miss most of the
@@ -123,11 +123,11 @@ bool SpotLattices::lay_along_ridges(const Look& look, SampledLattices& lattices)
 
 void SpotLattices::lay_all(const Look& look, SampledLattices& lattices) {
   set_regions(look);
-  if (!along_ridges_) merge_same_regions();
+  if (!look.along_ridges()) merge_same_regions();
   const Number number = number_of_cells(look);
   double coarser = 1.0;   // factor on the cells' area
   for (int round = 0; round < kRounds; ++round) {
-    lattices.clear(along_ridges_);
+    lattices.clear(look.along_ridges());
     for (std::size_t k = 0; k < spots_.size(); ++k) {
       const Lattice lattice = lattice_over(look, k, number.wanted, coarser);
       if (follows_[k]) {
@@ -138,7 +138,7 @@ void SpotLattices::lay_all(const Look& look, SampledLattices& lattices) {
     }
     lattices.settle(regions_);
     const auto count = static_cast<double>(lattices.counted());
-    if (round == 0 && count < kTooFew * number.wanted && look.options.law->shapes() && !along_ridges_) {
+    if (round == 0 && count < kTooFew * number.wanted && look.options.law->shapes() && !look.along_ridges()) {
       // The body ends, or rises more steeply, than was assumed.
       coarser = std::max(count / number.wanted, kLeastFiner);
       continue;
@@ -156,9 +156,9 @@ SpotLattices::Number SpotLattices::number_of_cells(const Look& look) const {
   Number number = {0.0, kMostCells * cells + kMoreCells};
   for (const Spot& spot : spots_) {
     const double filled = spot.area / spot.region.area();
-    const double most = along_ridges_ ? kMostFillingStrips : kMostFilling;
+    const double most = look.along_ridges() ? kMostFillingStrips : kMostFilling;
     double wanted = cells * std::min(std::max(kFilled / filled, 1.0), most);
-    if (along_ridges_) {
+    if (look.along_ridges()) {
       const Region region = spot.region.lengthwise();
       const double between = std::max(spot.length / region.width - 1.0, 0.0) / region.height;
       wanted = std::max(wanted, std::min(kTelling * kAskew * spot.length * between, kManyTelling));

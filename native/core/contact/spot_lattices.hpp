@@ -25,6 +25,8 @@ class SpotLattices {
     double strip;                  // how much higher the body is at the sides of strips along ridges [m]; 0 if the
                                    // spots do not lie along ridges
     bool everywhere;               // whether the only spot is all of the body that is over the sheet
+
+    bool along_ridges() const { return strip > 0.0; }
   };
   // That factor in a first look, and its least value if the bound on pressure sets the level.
   static constexpr double kHeightFactor = 2.5, kBoundedHeightFactor = 1.6;
@@ -52,7 +54,6 @@ class SpotLattices {
   std::vector<Spot> spots_;        // those of the look, less those that were merged
   std::vector<Region> regions_;
   std::vector<std::uint8_t> follows_;   // for each spot, whether its cells follow ridges
-  bool along_ridges_ = false;
 };
 
 }  // namespace mjtactile

@@ -63,11 +63,10 @@ bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rec
     if (!placed.is_over(sheet) || !(low[2] <= ceiling_) || !(high[2] >= floor_)) continue;
     ++count_;
     whole_ = around(whole_, {low[0], low[1], high[0], high[1]});
-    const std::size_t first = candidates_.size();
     placed.add_bottoms(candidates_);
-    // A body whose lowest point is beside the sheet is lowest on its rim.
-    for (std::size_t k = first; k < candidates_.size(); ++k) candidates_[k] = sheet.nearest(candidates_[k]);
   }
+  // Where a shape's lowest point is beside the sheet, the point of the sheet nearest to it may touch.
+  for (Point& at : candidates_) at = sheet.nearest(at);
   bounds_ = common(whole_, sheet);
   return count_ > 0;
 }

@@ -85,10 +85,9 @@ inline SurfacePoint OuterSurface::within(double x, double y) const {
 
 SurfacePoint OuterSurface::at(double x, double y) const {
   if (is_flat()) return {0.0, {0.0, 0.0}};
-  const double near_x = std::min(std::max(x, sheet_.west), sheet_.east);
-  const double near_y = std::min(std::max(y, sheet_.south), sheet_.north);
-  SurfacePoint found = within(near_x, near_y);
-  found.z += found.slopes[0] * (x - near_x) + found.slopes[1] * (y - near_y);
+  const Point near = sheet_.nearest({x, y});
+  SurfacePoint found = within(near.x, near.y);
+  found.z += found.slopes[0] * (x - near.x) + found.slopes[1] * (y - near.y);
   return found;
 }
 

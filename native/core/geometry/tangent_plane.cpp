@@ -266,7 +266,7 @@ bool centre_of_pressure(const OuterSurface& surface, const double* wrench, Point
     }
     if (changed <= kSame * size * force) break;
   }
-  centre = {std::min(std::max(found.x, sheet.west), sheet.east), std::min(std::max(found.y, sheet.south), sheet.north)};
+  centre = sheet.nearest(found);
   return true;
 }
 

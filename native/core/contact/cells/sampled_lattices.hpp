@@ -38,7 +38,7 @@ class SampledLattices {
   // Of a place whose cell does not count; and of one whose cell counts but has no number yet.
   static constexpr std::int32_t kNone = -1, kCounted = -2;
 
-  // Remove all lattices. `along_ridges`: whether those that follow lie along ridges of the body.
+  // Remove all lattices. `along_ridges`: whether those to be added lie along ridges of the body.
   void clear(bool along_ridges);
   bool along_ridges() const { return along_ridges_; }
   // Add a lattice, grown as far as the body goes on, and count its cells over which the body stands low enough.
