@@ -15,8 +15,11 @@ constexpr std::size_t kFewEdges = 64;
 constexpr std::size_t kStrips = 64;
 // Candidates at corners are moved inside the outline by these distances along an edge and across it, over its length.
 constexpr double kInside = 1e-9, kAcross = 1e-11;
-// Largest rounding error of a corner's distance to a side on which it lies, over the face's size.
+// Largest rounding error of a point's distance to a side on which it lies, over the face's size.
 constexpr double kOnSide = 1e-12;
+// The same of points on the sheet's rim, over the sheet's size. Rows of cells often end there, and rounding must not
+// decide whether their last points count.
+constexpr double kOnRim = 1e-12;
 // Area of notches that do not count, over the square of the face's size. Corners of meshes may be off by 1e-12 m.
 constexpr double kNoNotch = 1e-9;
 // A direction is replaced by that of a side if it is within this angle [rad], and if sides of other directions are
@@ -49,7 +52,7 @@ void keep_within(const Rectangle& sheet, const Segment& line, SegmentPart& part)
 
 bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rectangle& sheet,
                    const HeightRange& range) {
-  sheet_ = sheet;
+  sheet_ = sheet.larger(kOnRim);
   floor_ = range.floor;
   ceiling_ = range.ceiling;
   count_ = 0;
@@ -102,7 +105,7 @@ void GapMap::heights(const std::vector<Point>& points, std::vector<double>& to) 
 }
 
 void FlatMap::place(const std::vector<Segment>& outline, const Rectangle& sheet) {
-  sheet_ = sheet;
+  sheet_ = sheet.larger(kOnRim);
   starts_.clear();
   ends_.clear();
   corners_.clear();
@@ -113,7 +116,9 @@ void FlatMap::place(const std::vector<Segment>& outline, const Rectangle& sheet)
     const Point inside = {corner.x + kInside * x - kAcross * y, corner.y + kInside * y + kAcross * x};
     if (sheet.holds(inside.x, inside.y)) corners_.push_back(inside);
   }
-  bounds_ = common(around(starts_), sheet);
+  const Rectangle all = around(starts_);
+  bounds_ = common(all, sheet);
+  rounding_ = kOnSide * std::hypot(all.east - all.west, all.north - all.south);
   convex_ = set_sides();
   if (!convex_) fill_strips();
 }
@@ -137,7 +142,7 @@ bool FlatMap::set_sides() {
     const Point &from = hull[i], &to = hull[(i + 1) % hull.size()];
     const double length = std::hypot(to.x - from.x, to.y - from.y);
     const double x = (to.x - from.x) / length, y = (to.y - from.y) / length;
-    sides_.push_back({-y, x, x * from.y - y * from.x - kOnSide * size});
+    sides_.push_back({-y, x, x * from.y - y * from.x - rounding_});
   }
   return true;
 }
@@ -149,7 +154,8 @@ void FlatMap::fill_strips() {
   per_ = static_cast<double>(kStrips) / (north - south_);
   const auto over_each = [this](std::size_t edge, auto&& visit) {
     const double from = starts_[edge].y, to = ends_[edge].y;
-    for (std::size_t k = strip(std::min(from, to)); k <= strip(std::max(from, to)); ++k) visit(k);
+    const std::size_t last = strip(std::max(from, to) + rounding_);
+    for (std::size_t k = strip(std::min(from, to) - rounding_); k <= last; ++k) visit(k);
   };
   firsts_.assign(kStrips + 1, 0);
   for (std::size_t i = 0; i < starts_.size(); ++i) over_each(i, [this](std::size_t k) { ++firsts_[k + 1]; });
@@ -249,12 +255,12 @@ bool FlatMap::is_inside(double x, double y) const {
   const std::size_t beside = strip(y);
   for (std::uint32_t k = firsts_[beside]; k < firsts_[beside + 1]; ++k) {
     const Point &a = starts_[edges_[k]], &b = ends_[edges_[k]];
-    const double left = left_of(a, b, {x, y});
-    if (left == 0.0 && x >= std::min(a.x, b.x) && x <= std::max(a.x, b.x) && y >= std::min(a.y, b.y) &&
-        y <= std::max(a.y, b.y)) {
-      return true;
+    const Point at = {x, y};
+    const double left = left_of(a, b, at);
+    if (std::abs(left) <= rounding_ * distance(a, b) && distance(nearest_on(a, b, at), at) <= rounding_) {
+      return true;   // on the edge
     }
-    winding += winding_of(a, b, {x, y}, left);
+    winding += winding_of(a, b, at, left);
   }
   return winding != 0;
 }

@@ -29,7 +29,8 @@ class GapMap : public HeightMap {
   bool left_out_below(const InclinedPlane& plane);
 
  private:
-  Rectangle sheet_ = {}, bounds_ = {}, whole_ = {};
+  Rectangle sheet_ = {};   // with what rounding may add to points on its rim
+  Rectangle bounds_ = {}, whole_ = {};
   double floor_ = 0.0, ceiling_ = 0.0;
   std::size_t count_ = 0;
   std::vector<PlacedShape> placed_;  // only the first `count_` may be over the sheet
@@ -51,7 +52,8 @@ class FlatMap : public HeightMap {
   const std::vector<Point>& corners() const override { return corners_; }
 
  private:
-  Rectangle sheet_ = {}, bounds_ = {};
+  Rectangle sheet_ = {};   // with what rounding may add to points on its rim
+  Rectangle bounds_ = {};
   // A point is inside a convex face if it lies left of all sides.
   struct Side {
     double x, y, offset;   // unit normal to the left, and coordinate of the line along it [m]
@@ -62,6 +64,7 @@ class FlatMap : public HeightMap {
   SegmentPart part_between_edges(const Segment& line) const;
   bool set_sides();
   bool convex_ = false;
+  double rounding_ = 0.0;   // largest distance to a side of points that lie on it [m]
   std::vector<Side> sides_;
   // For other faces, the edges are listed by the strips along y that they meet. The edges in a point's strip suffice to
   // tell whether the point is inside.

@@ -32,6 +32,11 @@ struct Rectangle {
   Point nearest(const Point& at) const {
     return {std::min(std::max(at.x, west), east), std::min(std::max(at.y, south), north)};
   }
+  // Larger on all sides by a share of its own size.
+  Rectangle larger(double share) const {
+    const double x = share * (east - west), y = share * (north - south);
+    return {west - x, south - y, east + x, north + y};
+  }
 };
 
 // Intersection of two rectangles. If it is empty, west is beyond east or south beyond north.
