@@ -449,9 +449,9 @@ bool ContactSearch::find_ridges(const HeightMap& map, const Plane& plane, const 
   const double ceiling = kSpare * std::max(reached_, load.reach);
   const HeightWindow view = {&map, {plane.slopes[0], plane.slopes[1]}, plane.middle, lowest_, ceiling};
   const std::size_t most = lacks_area() ? kMostOfEdges : kMostCrossings;
-  ridges_.find(view, grid, kRidgeTolerance * load.force / (load.modulus * length), most);
   const double least = lacks_area() ? length / kMissedEdge : kLongRidges * length;
-  return ridges_.length_below(std::max(reached_, load.reach)) > least;
+  const double tolerance = kRidgeTolerance * load.force / (load.modulus * length);
+  return ridges_.find(view, grid, tolerance, {std::max(reached_, load.reach), least, most});
 }
 
 // Replace the spots by others along ridges if the contact is narrow. A line contact of length L carries the force

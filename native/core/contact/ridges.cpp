@@ -9,9 +9,31 @@ namespace mjtactile {
 namespace {
 
 constexpr double kCrofton = kHalfTurn / 4;   // pi / 4
+
 }  // namespace
 
-void Ridges::find(const HeightWindow& view, const Grid& grid, double tolerance, std::size_t most) {
+bool Ridges::find(const HeightWindow& view, const Grid& grid, double tolerance, const Needed& needed) {
+  crossings_.clear(), points_.clear();
+  if (!find_candidates(view, grid, tolerance, needed)) return false;
+  for (std::size_t number = 0, first = 0; number < lines_.size(); first = line_ends_[number++]) {
+    const SampledLine& line = lines_[number];
+    for (std::size_t k = first; k < line_ends_[number]; ++k) {
+      add_crossing(view, line, candidates_[k], tolerance, crossings_);
+    }
+    if (crossings_.size() > needed.most) {
+      crossings_.clear(), points_.clear();
+      return false;
+    }
+    const double step = line.step.x + line.step.y;   // along one of the axes
+    while (points_.size() < crossings_.size()) {
+      const RidgeCrossing& one = crossings_[points_.size()];
+      points_.push_back({one.at, one.height + view.highest, line.spacing, step, points_.size()});
+    }
+  }
+  return length_below(needed.height) > needed.length;
+}
+
+bool Ridges::find_candidates(const HeightWindow& view, const Grid& grid, double tolerance, const Needed& needed) {
   const std::size_t lines = grid.lines;
   const double steps[2] = {(grid.bounds.east - grid.bounds.west) / static_cast<double>(lines),
                            (grid.bounds.north - grid.bounds.south) / static_cast<double>(lines)};
@@ -23,7 +45,9 @@ void Ridges::find(const HeightWindow& view, const Grid& grid, double tolerance, 
     const Point at = point(static_cast<double>(sample % lines), static_cast<double>(sample / lines));
     over_[sample] = view.measured(at, grid.heights[sample]) - view.highest;
   }
-  crossings_.clear(), points_.clear();
+  lines_.clear(), line_ends_.clear(), candidates_.clear();
+  const double low = needed.height - view.highest;
+  double length = 0.0;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     for (std::size_t line = 0; line < lines; ++line) {
       const auto across = static_cast<double>(line);
@@ -34,21 +58,18 @@ void Ridges::find(const HeightWindow& view, const Grid& grid, double tolerance, 
         return view.measured(axis == 0 ? point(along, across) : point(across, along), (*heights)[line]) - view.highest;
       };
       const Point step = axis == 0 ? Point{steps[0], 0.0} : Point{0.0, steps[1]};
-      add_crossings(view,
-                    {axis == 0 ? point(0.0, across) : point(across, 0.0), step, lines,
-                     over_.data() + line * (axis == 0 ? lines : 1), axis == 0 ? 1 : lines, line, lines,
-                     axis == 0 ? lines : 1, steps[1 - axis], end(0), end(1), true},
-                    tolerance, crossings_);
-      if (crossings_.size() > most) {
-        crossings_.clear(), points_.clear();
-        return;
-      }
-      while (points_.size() < crossings_.size()) {
-        const RidgeCrossing& one = crossings_[points_.size()];
-        points_.push_back({one.at, one.height + view.highest, steps[1 - axis], steps[axis], points_.size()});
+      lines_.push_back({axis == 0 ? point(0.0, across) : point(across, 0.0), step, lines,
+                        over_.data() + line * (axis == 0 ? lines : 1), axis == 0 ? 1 : lines, line, lines,
+                        axis == 0 ? lines : 1, steps[1 - axis], end(0), end(1), true});
+      const std::size_t first = candidates_.size();
+      add_candidates(view, lines_.back(), tolerance, candidates_);
+      line_ends_.push_back(candidates_.size());
+      for (std::size_t k = first; k < candidates_.size(); ++k) {
+        if (candidates_[k].least <= low) length += kCrofton * steps[1 - axis];
       }
     }
   }
+  return length > needed.length;
 }
 
 double Ridges::length_below(double height) const {

@@ -35,9 +35,15 @@ class Ridges {
     double width() const { return area / length; }
   };
 
-  // Find the ridges up to the view's limit. Heights are found up to `tolerance` [m]. None are found if the body is so
-  // rough that there would be more than `most` crossings.
-  void find(const HeightWindow& view, const Grid& grid, double tolerance, std::size_t most);
+  // What ridges have to be to count: longer than `length` below a height [m], with at most `most` crossings. A rough
+  // body has more.
+  struct Needed {
+    double height, length;
+    std::size_t most;
+  };
+
+  // Find the ridges up to the view's limit. Heights are found up to `tolerance` [m]. False if they do not count.
+  bool find(const HeightWindow& view, const Grid& grid, double tolerance, const Needed& needed);
   // Length of the ridges below a height [m].
   double length_below(double height) const;
   // Area of the strips up to `level` above the ridges below a height [m^2].
@@ -62,12 +68,17 @@ class Ridges {
     double step;              // along the line [m]
     std::size_t number;       // in crossings_
   };
+  // Find the candidates on all lines of the grid. False if so few may be low enough that ridges do not count.
+  bool find_candidates(const HeightWindow& view, const Grid& grid, double tolerance, const Needed& needed);
   Stretch& next_stretch();
   // Area that a crossing stands for, up to a level above it [m^2]. Lines in both directions measure the area, each with
   // the width along them.
   double area_of(const RidgePoint& point, double level) const;
 
   std::vector<double> over_;   // the grid's heights above the limit
+  std::vector<SampledLine> lines_;            // first the rows, then the columns
+  std::vector<std::size_t> line_ends_;        // number of candidates up to the end of each line
+  std::vector<CrossingCandidate> candidates_;
   std::vector<RidgeCrossing> crossings_;
   std::vector<RidgePoint> points_;
   std::vector<Stretch> stretches_;   // only the first `count_` count, so that the others keep their memory

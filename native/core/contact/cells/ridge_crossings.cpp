@@ -97,21 +97,17 @@ std::size_t SampledLine::level_across(std::size_t k, double level) const {
   return last - first + 1;
 }
 
-void add_crossings(const HeightWindow& view, const SampledLine& line, double tolerance,
-                   std::vector<RidgeCrossing>& to) {
-  const auto search = [&](const std::array<double, 3>& places, const std::array<double, 3>& heights) {
-    CrossingSearch found(view, line);
-    if (found.halve(places, heights, tolerance)) to.push_back(found.crossing);
-  };
+void add_candidates(const HeightWindow& view, const SampledLine& line, double tolerance,
+                    std::vector<CrossingCandidate>& to) {
   const auto height = [&](std::size_t k) { return line.heights[k * line.stride]; };
   const double step = std::hypot(line.step.x, line.step.y);
   const std::size_t end = line.count - 1;
   const auto beyond = static_cast<double>(end) + 0.5;
   if (line.cut_off && std::isfinite(line.before) && line.before <= std::min(height(0), 0.0)) {
-    search({-1.0, -0.5, 0.0}, {kNowhere, line.before, height(0)});
+    to.push_back({{-1.0, -0.5, 0.0}, {kNowhere, line.before, height(0)}, -kNowhere});
   }
   if (line.cut_off && std::isfinite(line.after) && line.after <= std::min(height(end), 0.0)) {
-    search({beyond - 0.5, beyond, beyond + 0.5}, {height(end), line.after, kNowhere});
+    to.push_back({{beyond - 0.5, beyond, beyond + 0.5}, {height(end), line.after, kNowhere}, -kNowhere});
   }
   for (std::size_t lowest = 0; lowest < line.count; ++lowest) {
     if (!std::isfinite(height(lowest))) continue;
@@ -137,12 +133,26 @@ void add_crossings(const HeightWindow& view, const SampledLine& line, double tol
     if (!(most < before && most < after)) continue;
     // A convex curve is above the continuations of its chords.
     const double from = first == 0 ? 0.5 : 1.0, until = last + 1 == line.count ? 0.5 : 1.0;
-    if (least - std::max((before - least) / from, (after - least) / until) > 0.0) continue;
+    const double bound = least - std::max((before - least) / from, (after - least) / until);
+    if (bound > 0.0) continue;
     const auto start = static_cast<double>(first), stop = static_cast<double>(last);
     const double middle = (start + stop) / 2;
     const double between = last > first ? CrossingSearch(view, line).height(middle) : least;
-    search({start - from, middle, stop + until}, {before, between, after});
+    to.push_back({{start - from, middle, stop + until}, {before, between, after}, bound});
   }
+}
+
+void add_crossing(const HeightWindow& view, const SampledLine& line, const CrossingCandidate& candidate,
+                  double tolerance, std::vector<RidgeCrossing>& to) {
+  CrossingSearch search(view, line);
+  if (search.halve(candidate.places, candidate.heights, tolerance)) to.push_back(search.crossing);
+}
+
+void add_crossings(const HeightWindow& view, const SampledLine& line, double tolerance,
+                   std::vector<CrossingCandidate>& candidates, std::vector<RidgeCrossing>& to) {
+  candidates.clear();
+  add_candidates(view, line, tolerance, candidates);
+  for (const CrossingCandidate& one : candidates) add_crossing(view, line, one, tolerance, to);
 }
 
 std::pair<RidgeCrossing::Sample, RidgeCrossing::Sample> RidgeCrossing::around_end(double level, double sign) const {

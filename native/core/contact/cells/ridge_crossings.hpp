@@ -62,8 +62,21 @@ class RidgeCrossing {
   std::size_t count_ = 0;
 };
 
-// Add the points below a view's limit at which a line crosses ridges. Their heights are found up to `tolerance` [m].
+// Where samples of a line tell that it may cross a ridge: between the outer two of three places on it [steps]. Heights
+// are above the view's limit [m].
+struct CrossingCandidate {
+  std::array<double, 3> places, heights;
+  double least;   // the body, if convex, is nowhere lower between them
+};
+
+// Add the candidates below a view's limit. Heights that differ by at most `tolerance` [m] are equal.
+void add_candidates(const HeightWindow& view, const SampledLine& line, double tolerance,
+                    std::vector<CrossingCandidate>& to);
+// Add the crossing near a candidate, if it is below the view's limit. Its height is found up to `tolerance` [m].
+void add_crossing(const HeightWindow& view, const SampledLine& line, const CrossingCandidate& candidate,
+                  double tolerance, std::vector<RidgeCrossing>& to);
+// Add the crossings of all candidates of a line, which are set.
 void add_crossings(const HeightWindow& view, const SampledLine& line, double tolerance,
-                   std::vector<RidgeCrossing>& to);
+                   std::vector<CrossingCandidate>& candidates, std::vector<RidgeCrossing>& to);
 
 }  // namespace mjtactile

@@ -149,7 +149,7 @@ void SampledLattices::find_strips(const HeightWindow& view, double strip) {
                                    (row ? lattice.width() : lattice.size) / 2,
                                    beyond(-0.5), beyond(static_cast<double>(count) - 0.5), false};
       crossings_.clear();
-      add_crossings(view, samples, kTolerance * strip, crossings_);
+      add_crossings(view, samples, kTolerance * strip, candidates_, crossings_);
       for (const RidgeCrossing& one : crossings_) {
         strips_.push_back({one.height, one.end(samples, strip, -1.0), one.end(samples, strip, 1.0)});
       }

@@ -128,6 +128,7 @@ class SampledLattices {
   std::vector<std::size_t> line_ends_;      // for each line, the number of strips up to its end
   std::vector<Strip> strips_;
   double strip_ = 0.0;                      // how much higher the body is at the sides of strips [m]
+  std::vector<CrossingCandidate> candidates_;
   std::vector<RidgeCrossing> crossings_;    // of one line
   // Members, so that no step allocates them anew.
   std::vector<std::size_t> wanted_;                 // nodes of the last lattice that are sampled,
