@@ -11,19 +11,13 @@ from mjtactile.contact.tangentials import TANGENTIALS
 
 
 class ContactLaw:
-    """How the pressure under a body is distributed.
+    """How the pressure under a body is distributed."""
 
-    Attributes:
-        name: name of the law.
-        tangentials: names of the tangential choices it allows.
-        springs: whether it needs the springs of `foundation_springs`.
-        shapes: whether it uses the pad's compliance and a body's shape, and computes indentation and tilt; otherwise
-            a body presses with its lowest part.
-    """
-
-    name: ClassVar[str]
-    tangentials: ClassVar[tuple[str, ...]] = ("proportional",)
-    springs: ClassVar[bool] = False
+    name: ClassVar[str]  #: name of the law
+    tangentials: ClassVar[tuple[str, ...]] = ("proportional",)  #: names of the tangential choices it allows
+    springs: ClassVar[bool] = False  #: whether it needs the springs of `foundation_springs`
+    #: Whether it uses the pad's compliance and a body's shape, and computes indentation and tilt; otherwise a body
+    #: presses with its lowest part.
     shapes: ClassVar[bool] = True
 
 

@@ -86,21 +86,15 @@ class ContactOptions:
 
 @dataclass(frozen=True, eq=False)
 class Wrench:
-    """A force and its moment about the pad's origin, pad frame.
+    """A force and its moment about the pad's origin, pad frame."""
 
-    Attributes:
-        force: [N], shape (3,).
-        moment: about the origin [N m], shape (3,).
-        moment_given: False if the force acts at the footprint's centroid because no moment was given.
-        place: point of a curved surface at which the force presses, or nearest to it if its line of action passes
-            beside the surface [m], shape (3,); None on a flat surface, or if no such point was found.
-        leaning: unit normal of a curved surface there, out of the pad, shape (3,); None on a flat one.
-    """
-
-    force: Array
-    moment: Array
-    moment_given: bool = True
+    force: Array  #: [N], shape (3,)
+    moment: Array  #: about the origin [N m], shape (3,)
+    moment_given: bool = True  #: False if the force acts at the footprint's centroid because no moment was given
+    #: Point of a curved surface at which the force presses, or nearest to it if its line of action passes beside the
+    #: surface [m], shape (3,); None on a flat surface, or if no such point was found.
     place: Array | None = None
+    #: Unit normal of a curved surface there, out of the pad, shape (3,); None on a flat one.
     leaning: Array | None = None
 
     @property

@@ -48,16 +48,12 @@ class Told(ctypes.Structure):
 
 
 class Solved(NamedTuple):
-    """The core's result for one body.
+    """The core's result for one body."""
 
-    Attributes:
-        load: its tractions.
-        approximated: whether the law's solution was not found, so that the cells nearest to the body bear the force.
-        simplified: whether no solution with the requested shear was found, so that a simpler tangential choice is used.
-    """
-
-    load: SurfaceLoad
+    load: SurfaceLoad  #: its tractions
+    #: Whether the law's solution was not found, so that the cells nearest to the body bear the force.
     approximated: bool
+    #: Whether no solution with the requested shear was found, so that a simpler tangential choice is used.
     simplified: bool
 
 

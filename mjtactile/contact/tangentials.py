@@ -6,17 +6,11 @@ from typing import ClassVar
 
 
 class TangentialChoice:
-    """How shear is distributed over the area under pressure.
+    """How shear is distributed over the area under pressure."""
 
-    Attributes:
-        name: name of the choice.
-        couples: whether it needs the tangential compliance of the surface.
-        slips: whether cells slip at the limit of friction, so that a coefficient is needed.
-    """
-
-    name: ClassVar[str]
-    couples: ClassVar[bool] = True
-    slips: ClassVar[bool] = False
+    name: ClassVar[str]  #: name of the choice
+    couples: ClassVar[bool] = True  #: whether it needs the tangential compliance of the surface
+    slips: ClassVar[bool] = False  #: whether cells slip at the limit of friction, so that a coefficient is needed
 
 
 class Proportional(TangentialChoice):

@@ -51,21 +51,16 @@ class EstimatedWrenches:
 
 @dataclass(frozen=True, eq=False)
 class WrenchRecogniser(Generic[Result]):
-    """Estimates force and position from readings, and the torsional moment if the network has that output.
-
-    Attributes:
-        view: principal components for the features.
-        estimator: estimates tangential over pressing force (2) [-], position (2) [m], optionally torsional moment over
-            pressing force [m], and the logarithm of the pressing force over the readings' size.
-        taught: presses with which readings are compared; None if the weights have none.
-    """
+    """Estimates force and position from readings, and the torsional moment if the network has that output."""
 
     #: Name of the network in the weights.
     name: ClassVar[str]
 
-    view: PrincipalComponents
+    view: PrincipalComponents  #: principal components for the features
+    #: Estimates tangential over pressing force (2) [-], position (2) [m], optionally torsional moment over pressing
+    #: force [m], and the logarithm of the pressing force over the readings' size.
     estimator: Estimator
-    taught: TaughtPresses | None = None
+    taught: TaughtPresses | None = None  #: presses with which readings are compared; None if the weights have none
 
     @classmethod
     def from_stored(cls, view: PrincipalComponents, stored: Stored, taught: TaughtPresses | None = None) -> Self:

@@ -23,22 +23,14 @@ class HalfSpaceResponses:
     """Means over pairs of patches, each of shape (patches, patches).
 
     (x, y) is the vector from a point of the second patch to a point of the first, r its length.
-
-    Attributes:
-        inverse_distance: of 1/r [1/m].
-        xx: of y^2/r^3 [1/m].
-        xy: of -x y/r^3 [1/m].
-        yy: of x^2/r^3 [1/m].
-        along: of x/r^2 [1/m].
-        across: of y/r^2 [1/m].
     """
 
-    inverse_distance: Array
-    xx: Array
-    xy: Array
-    yy: Array
-    along: Array
-    across: Array
+    inverse_distance: Array  #: of 1/r [1/m]
+    xx: Array  #: of y^2/r^3 [1/m]
+    xy: Array  #: of -x y/r^3 [1/m]
+    yy: Array  #: of x^2/r^3 [1/m]
+    along: Array  #: of x/r^2 [1/m]
+    across: Array  #: of y/r^2 [1/m]
 
     def compliance(self, factor: float, poisson: float) -> Array:
         """Mean displacement per force [m/N], shape (3, patches, 3, patches), z out of the pad.
