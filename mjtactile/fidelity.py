@@ -57,7 +57,6 @@ class MeshDensity:
     reference_length: float | None = None  #: length that sizes are relative to [m]; None: as described above
 
     def __post_init__(self) -> None:
-        """Refuse densities that make no mesh."""
         for name in ("in_plane_size", "through_size", "rim_grading", "base_grading", "reference_length"):
             value = getattr(self, name)
             if value is None and name == "reference_length":
@@ -154,7 +153,6 @@ class Fidelity:
     cells: int = 400  #: wanted number of contact cells; law "uniform" has none
 
     def __post_init__(self) -> None:
-        """Refuse what does not exist."""
         mesh_density(self.mesh)
         object.__setattr__(self, "precision", _by_layer("precision", self.precision, PRECISIONS))
         if isinstance(self.precision, tuple) and "float64" in self.precision:

@@ -50,7 +50,6 @@ class Workers:
     ray_address: str | None = None  #: of a Ray cluster, such as "10.0.0.1:6379" or "auto"; None starts one here
 
     def __post_init__(self) -> None:
-        """Refuse what makes no sense."""
         # Each worker is a process of some hundred megabytes on this machine, unless it belongs to a remote cluster.
         most = max(_MOST_WORKERS, _MOST_PER_PROCESSOR * (os.cpu_count() or 1))
         if not (is_whole(self.count) and self.count >= 1):

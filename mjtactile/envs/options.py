@@ -42,7 +42,6 @@ class TouchOptions:
     weights: str | Path | None = None
 
     def __post_init__(self) -> None:
-        """Refuse options that do not exist."""
         if not (isinstance(self.observation, str) and self.observation in OBSERVATIONS):
             raise EnvError(f"observation = {self.observation!r} does not exist. Available: {', '.join(OBSERVATIONS)}.")
         try:

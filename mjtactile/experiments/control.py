@@ -34,7 +34,6 @@ class ForceServo:
     largest_step: float = 4e-4  #: largest displacement of the target per call [m]
 
     def __post_init__(self) -> None:
-        """Refuse values with which the integrator is unstable."""
         if not (
             self.stiffness > 0.0 and 0.0 < self.gain < 1.0 and self.approach_speed > 0.0 and self.largest_step > 0.0
         ):

@@ -80,7 +80,6 @@ class Indenter:
     primitive: Primitive | None = None  #: the MuJoCo geom that equals the solid; None for a mesh
 
     def __post_init__(self) -> None:
-        """Refuse invalid solids, and faces at another height than z = 0."""
         checked(self.solid)
         bottom = float(self.solid.bounds[0, 2])
         if abs(bottom) > 1e-9:

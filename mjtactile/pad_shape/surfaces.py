@@ -313,7 +313,6 @@ class SphereCap(Quadric):
     kind: ClassVar[str] = "sphere"
 
     def __post_init__(self) -> None:
-        """Normalise the number's type."""
         object.__setattr__(self, "radius", _length("radius", self.radius))
 
     @property
@@ -334,7 +333,6 @@ class CylinderSector(Quadric):
     kind: ClassVar[str] = "cylinder"
 
     def __post_init__(self) -> None:
-        """Normalise the number's type."""
         object.__setattr__(self, "radius", _length("radius", self.radius))
 
     @property
@@ -355,7 +353,6 @@ class EllipsoidCap(Quadric):
     kind: ClassVar[str] = "ellipsoid"
 
     def __post_init__(self) -> None:
-        """Normalise number types."""
         try:
             a, b, c = self.semi_axes
         except (TypeError, ValueError):
@@ -385,7 +382,6 @@ class SurfacePatch(Surface):
     kind: ClassVar[str] = "patch"
 
     def __post_init__(self) -> None:
-        """Normalise number types and refuse values that do not form a spline."""
         given = [real_numbers(one) for one in (self.knots_x, self.knots_y, self.coefficients)]
         # Zero without a sign: equal patches would have different descriptions otherwise.
         numbers = [one.astype(float) + 0.0 for one in given if one is not None]

@@ -42,7 +42,6 @@ class FreeTaxels:
     radii: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        """Normalise number types and refuse invalid points and radii."""
         points = _numbers("points", self.points)
         if points.ndim != 2 or points.shape[1] != 3 or not len(points):
             raise PadError(f"taxels = {shortened(self.points)}, points of shape {points.shape}; {_WHAT}.")

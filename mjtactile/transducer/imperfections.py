@@ -32,7 +32,6 @@ class Imperfections:
     adc_bits: int | None = None  #: resolution of the converter over the signal's range; None: not rounded
 
     def __post_init__(self) -> None:
-        """Refuse values outside their ranges."""
         for name, most in (
             ("noise", math.inf),
             ("signal_noise", math.inf),
