@@ -335,12 +335,7 @@ def checksum(array: npt.NDArray[Any]) -> str:
 
 
 def with_checksums(arrays: Tables, said: str) -> dict[str, str]:
-    """Metadata of a safetensors header with checksums.
-
-    Args:
-        arrays: the file's arrays by name.
-        said: text that describes them, stored as the entry `METADATA`.
-    """
+    """Metadata of a safetensors header: the text `said` about arrays as entry `METADATA`, and their checksums."""
     about = {METADATA: said, CHECKSUMS: json.dumps({name: checksum(array) for name, array in arrays.items()})}
     return about | {HEADER: _header_checksum(arrays, about)}
 

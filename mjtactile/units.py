@@ -46,9 +46,6 @@ def real_numbers(values: object) -> npt.NDArray[Any] | None:
 
     NumPy converts text to numbers silently, and drops imaginary parts with a mere warning. Here both are refused.
 
-    Args:
-        values: an array, or what NumPy makes one of.
-
     Returns:
         The array, of the values' own type if that is a real one, and not copied then; None for everything else, such as
         text, complex numbers or rows of different lengths.
@@ -94,11 +91,7 @@ def parse_force(text: str) -> float:
 
 
 def parse_millimetres(name: str, text: str) -> tuple[float, float]:
-    """Two lengths [m] from text such as "1.25,0" in millimetres.
-
-    Args:
-        name: of the command-line option, for the error message.
-        text: the two lengths, separated by a comma.
+    """Two lengths [m] from text such as "1.25,0" in millimetres; `name` is that of the option, for the error message.
 
     Raises:
         UnitError: the text is not two finite numbers.

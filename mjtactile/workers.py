@@ -152,11 +152,7 @@ class _Job(Generic[Task, Result]):
 
 
 def process_pool(count: int) -> ProcessPoolExecutor:
-    """A pool of new processes, which end with this one, even if it is killed.
-
-    Args:
-        count: number of processes.
-    """
+    """A pool of `count` new processes, which end with this one, even if it is killed."""
     # Spawned, not forked: this process may have threads.
     return ProcessPoolExecutor(
         count, mp_context=multiprocessing.get_context("spawn"), initializer=end_with_parent_process

@@ -91,12 +91,6 @@ def solved_loads(
 ) -> list[SurfaceLoad]:
     """Loads of bodies that press on one pad at once.
 
-    Args:
-        influence: of the pad.
-        footprints: of the bodies.
-        wrenches: of the bodies, in the same order.
-        options: how the contacts are solved.
-
     Returns:
         One load for each body, in the same order; an empty load for a wrench that does not press.
 
@@ -141,13 +135,6 @@ def reported(
     influence: InfluenceMatrices, footprint: Footprint, load: SurfaceLoad, wrench: Wrench, options: ContactOptions
 ) -> SurfaceLoad:
     """Return a load after warnings about a wrench that it does not carry and about large strains.
-
-    Args:
-        influence: of the pad.
-        footprint: of the body.
-        load: that was found for the wrench.
-        wrench: that the load should carry.
-        options: how the contact was solved.
 
     Returns:
         The load. If the moments about x and y are results, they are not part of its residual.

@@ -212,11 +212,6 @@ def _on_surface(surface: SurfaceGrid, wrench: Wrench) -> Wrench:
 def vector(name: str, value: npt.ArrayLike, error: type[MjTactileError] = ContactError) -> Array:
     """A force or a moment, checked and copied, so that results do not change with the caller's array.
 
-    Args:
-        name: of the argument.
-        value: the argument.
-        error: what to raise.
-
     Raises:
         MjTactileError: `error`, if it is not three finite numbers.
     """

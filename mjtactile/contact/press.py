@@ -157,10 +157,6 @@ class Press:
     def loads(self, footprints: Sequence[Footprint], wrenches: Sequence[Wrench]) -> list[Solved]:
         """Loads of bodies that press at the same time.
 
-        Args:
-            footprints: of the bodies.
-            wrenches: one for each body.
-
         Raises:
             ContactError: no part of a pressing body can touch the pad, or a footprint was made for another surface.
             Exception: any exception of a gap function.

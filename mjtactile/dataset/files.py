@@ -52,12 +52,7 @@ _METADATA = b"mjtactile"
 
 
 def part_file(spec: DatasetSpec, part: tuple[int, int]) -> bytes:
-    """Make one part of a dataset; return the content of its Parquet file.
-
-    Args:
-        spec: specification of the dataset.
-        part: index of the first press, and one past the last.
-    """
+    """Make one part of a dataset, presses from the first index to before the second; return its Parquet file."""
     require("dataset")
     import pyarrow.parquet as pq
 

@@ -51,10 +51,7 @@ SHAPE_NAMES: tuple[str, ...] = (*INDENTER_NAMES, *_OWN, "sphere")
 
 
 def shape_face(shape: str) -> Polygon | MultiPolygon | None:
-    """Outline of a shape's flat face at size 1, about its origin [m]; None for the sphere.
-
-    Args:
-        shape: a name, or the path of a mesh file in metres.
+    """Outline of the flat face of a shape or a mesh file at size 1, about its origin [m]; None for the sphere.
 
     Raises:
         IndenterError: there is no such shape, or it has no flat face.

@@ -190,11 +190,7 @@ def load_spec(path: str | Path) -> DatasetSpec:
 
 
 def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
-    """A dataset from the values of a TOML file.
-
-    Args:
-        values: entries of the file.
-        folder: folder that a file name in `pad` is relative to.
+    """A dataset from the values of a TOML file; a file name in `pad` is relative to `folder`.
 
     Raises:
         DatasetError: an entry is invalid; the message names the entry.

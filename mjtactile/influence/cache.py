@@ -310,13 +310,9 @@ def _acquire(lock: BaseFileLock) -> None:
 
 
 def _remove_leftovers(folder: Path, own: Path) -> None:
-    """Remove partial files of killed processes from the cache.
+    """Remove partial files of killed processes from the cache's folder; this process holds the lock of the table `own`.
 
     A process that writes a table holds its lock, so a partial file whose lock is free is abandoned.
-
-    Args:
-        folder: of the cache.
-        own: path of the table whose lock this process holds.
     """
     from filelock import FileLock, Timeout
 

@@ -35,11 +35,7 @@ Tick = tuple[npt.NDArray[np.float32], Array, Array]
 
 
 class RecordedTouch:
-    """A sense of touch that records readings of both pads, state and commands at every tick.
-
-    Args:
-        inner: the sense of touch that the controller uses.
-    """
+    """A controller's sense of touch that records readings of both pads, state and commands at every tick."""
 
     reads = True
 

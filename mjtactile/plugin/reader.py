@@ -37,12 +37,6 @@ class Found(NamedTuple):
 class NativeReader:
     """Reader of one pad of one model, in the compiled core. Threads that share it wait for each other.
 
-    Args:
-        how: options of the readings.
-        geom: id of the pad's geom.
-        pad: name of the pad in warnings.
-        bodies: names of the model's bodies.
-
     Raises:
         NativeError: the core cannot read the structures of this MuJoCo.
     """

@@ -68,10 +68,7 @@ def write_weights(path: Path, arrays: dict[str, np.ndarray], metadata: dict[str,
 
 
 def read_weights(path: Path) -> Stored:
-    """Read weights and metadata, and verify the file's checksums.
-
-    Args:
-        path: file written by `write_weights`.
+    """Read weights and metadata that `write_weights` wrote, and verify the file's checksums.
 
     Raises:
         RecognitionError: there is no such file, or it is damaged.

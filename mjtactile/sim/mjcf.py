@@ -134,12 +134,7 @@ def press_mjcf(
 
 
 def document(model: str, *, module: str = "sim/mjcf.py") -> ET.Element:
-    """Root element of a model, with a comment that names the Python file that writes it.
-
-    Args:
-        model: name of the model.
-        module: path of that file in the package.
-    """
+    """Root element of a model, with a comment that names the Python file of the package that writes it."""
     root = ET.Element("mujoco", model=model)
     root.append(ET.Comment(f" Made by mjtactile/{module}. Metres, kilograms, newtons. "))
     return root

@@ -69,12 +69,7 @@ def element_id(
 
 
 def check_data(model: mujoco.MjModel, data: mujoco.MjData, whose: str) -> None:
-    """Refuse data of another model, in which geoms and readings are elsewhere.
-
-    Args:
-        model: compiled model.
-        data: to be checked.
-        whose: what the model is, for the error message.
+    """Refuse data of another model, in which geoms and readings are elsewhere; `whose` says what the model is.
 
     Raises:
         SceneError: `data` belongs to another model, or is no MjData.

@@ -54,9 +54,6 @@ class _Part(NamedTuple):
 def pad_solid(pad: Pad) -> PadSolid:
     """The solid of a pad as meshes, swept along its normals.
 
-    Args:
-        pad: a flat or curved pad.
-
     Returns:
         Its pieces: as few as possible with hulls within `PROUD` of the surface, but at most `MOST_PIECES`.
     """

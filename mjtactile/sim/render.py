@@ -165,12 +165,9 @@ def free_left() -> None:
 
 @cache
 def working_backend(requested: str | None = None) -> str:
-    """The OpenGL backend to use: MUJOCO_GL if it is set, otherwise the first of `BACKENDS` that works.
+    """The OpenGL backend to use: `requested`, else MUJOCO_GL if it is set, else the first of `BACKENDS` that works.
 
     Each is tried in a process of its own, because a broken driver may abort, hang, or break the other backend.
-
-    Args:
-        requested: used in place of MUJOCO_GL.
 
     Raises:
         RenderError: none works.

@@ -50,24 +50,15 @@ class PadContacts(NamedTuple):
 
 
 def site_frame(data: mujoco.MjData, site: int) -> PadFrame:
-    """The pad frame of a site, which is on the sensing surface with its z axis out of the pad.
-
-    Args:
-        data: state of the model, after a step or a forward pass.
-        site: id of the site.
-    """
+    """The pad frame of a site on the sensing surface, z out of the pad, after a step or a forward pass."""
     return PadFrame(data.site_xpos[site], data.site_xmat[site].reshape(3, 3))
 
 
 def geom_frame(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> PadFrame:
     """The pad frame of a pad's geom: at the centre of a box's +z face, or the original frame of a mesh's vertices.
 
-    MuJoCo moves a mesh to its centre of mass and rotates it to its axes of inertia; that is undone here.
-
-    Args:
-        model: compiled model.
-        data: its state, after a step or a forward pass.
-        geom: id of the geom.
+    MuJoCo moves a mesh to its centre of mass and rotates it to its axes of inertia; that is undone here. The data are
+    those after a step or a forward pass.
 
     Raises:
         SceneError: the geom is neither a box nor a mesh.

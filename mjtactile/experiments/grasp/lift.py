@@ -66,14 +66,7 @@ class LiftTask:
         furnish: Callable[[mujoco.MjSpec], Any] = lambda _: None,
         support: str = "table",
     ) -> tuple[Robot, Judge]:
-        """The robot in its scene, and the judge.
-
-        Args:
-            touch: the controller's sense of touch.
-            fidelity: fidelity of the readings.
-            furnish: adds things to the scene.
-            support: name of the geom on which the object is to stand.
-        """
+        """The robot in its scene, to which `furnish` adds things, and the judge; `support` as in `Judge`."""
         grasped = GraspObject(size=self.size, mass=self.mass, friction=self.friction)
         pads = FingertipPads(fidelity=fidelity)
         spec = grasp_spec(grasped, wrist="xz", pose=self.pose, grasp_height=self.grasp_height, pads=pads)
@@ -217,9 +210,6 @@ def lift_figure(results: dict[str, list[Result]]) -> Figure:
     """Draw the grip at the end of each trial against the least grip that holds the object.
 
     Crosses are objects that were dropped or crushed.
-
-    Args:
-        results: results of the trials by condition.
 
     Raises:
         MissingExtraError: matplotlib is not installed.

@@ -145,11 +145,7 @@ def trial(settings: TrialSettings, condition: str, number: int) -> Result:
 
 
 def caught(one: dict[str, Any]) -> bool:
-    """Whether a slip was detected and the object stopped within `MOST_SLIP`, without being crushed.
-
-    Args:
-        one: a result of `HeldObject.through`.
-    """
+    """Whether a slip (`HeldObject.through`) was detected and stopped within `MOST_SLIP`, without crushing."""
     return one["held"] and one["alarm"] is not None and one["slid"] < MOST_SLIP and one["peak"] <= CRUSHING
 
 

@@ -170,13 +170,7 @@ def _spec_values(settings: EvaluationSettings, law: str) -> dict[str, Any]:
 
 
 def protocol(influence: InfluenceMatrices, force: ForceRecogniser, shape: ShapeRecogniser) -> dict[str, Any]:
-    """Results on the test samples of Aoyagi 2008, computed without MuJoCo and without noise.
-
-    Args:
-        influence: influence matrices of the pad.
-        force: the recogniser of forces.
-        shape: the recogniser of shapes.
-    """
+    """Results on the test samples of Aoyagi 2008, computed without MuJoCo and without noise."""
     directions = np.array([force_vector(DIRECTION_FORCE * GRAM_FORCE, angle) for angle in ANGLES])
     found = force(_pressed(influence, "disc", (0.0, 0.0), directions))
     vectors = np.array([force_vector(f * GRAM_FORCE, angle) for angle in ANGLES for f in FORCES])

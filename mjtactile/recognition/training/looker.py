@@ -15,13 +15,7 @@ from mjtactile.recognition.training.presses import Presses
 
 
 class Looker:
-    """Computes features of presses with random noise.
-
-    Args:
-        presses: the presses, in the octant and projected on principal components.
-        view: these principal components.
-        generator: draws the noise.
-    """
+    """Computes features of presses, in the octant and projected on a view's components, with random noise."""
 
     def __init__(self, presses: Presses | Examples, view: PrincipalComponents, generator: torch.Generator) -> None:
         self.readings = torch.tensor(presses.readings)
