@@ -220,13 +220,7 @@ def pad_table(pad: Pad | str | Path | None) -> tuple[str, Pad]:
 
 
 def add_pad_sensor(spec: mujoco.MjSpec, name: str, config: dict[str, str]) -> None:
-    """Add a sensor of the plugin to a model that already has the geom `<name>_pad`.
-
-    Args:
-        spec: model specification.
-        name: name of the sensor.
-        config: attributes of the plugin by name, see docs/plugin.md.
-    """
+    """Add a sensor of the plugin, with attributes as in docs/plugin.md, to a model that has the geom `<name>_pad`."""
     spec.activate_plugin(PLUGIN)
     instance = spec.add_plugin(name=f"{name}_plugin", plugin_name=PLUGIN, active=True)
     instance.config = config

@@ -501,12 +501,7 @@ def require_pad(pad: object) -> Pad:
 
 
 def require_flat(pad: Pad, door: str, cure: str) -> None:
-    """Refuse a curved pad where only flat pads are supported.
-
-    Args:
-        pad: the pad to check.
-        door: name of the caller, for the error message.
-        cure: what to do instead, for the error message.
+    """Refuse a curved pad where only flat pads are supported; `door` is the caller's name, `cure` what to do instead.
 
     Raises:
         PadError: when the pad's surface is curved.

@@ -226,8 +226,7 @@ class Press:
 class Rim:
     """Outline of the area under pressure, computed from its edges at the first call.
 
-    Args:
-        ends: of the edges, with the area on their left, (edges, 2 ends, 2) [m].
+    The edges have the area on their left, (edges, 2 ends, 2) [m].
     """
 
     def __init__(self, ends: Array) -> None:

@@ -131,11 +131,7 @@ def sphere_height(radius: float, centre: Array) -> Callable[[Array, Array], Arra
 
 
 def shape_indenter(shape: str, size: float = 1.0) -> Indenter:
-    """A shape at a size as an indenter for press scenes.
-
-    Args:
-        shape: a name, or the path of a mesh file in metres.
-        size: factor of every length in the shape's plane [-].
+    """A shape or a mesh file in metres as an indenter for press scenes, with lengths in its plane times `size` [-].
 
     Raises:
         IndenterError: there is no such shape, or a mesh has no flat face.

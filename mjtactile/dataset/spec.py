@@ -256,11 +256,9 @@ def _shape_names(shapes: object) -> tuple[str, ...]:
 
 
 def pad_from(values: dict[str, Any] | str, folder: Path = Path()) -> Pad:
-    """A pad from the values of a pad's TOML file (`pad_from_file`), in SI units; the default pad if there are none.
+    """A pad in SI units from the values or the name of a pad's TOML file (`pad_from_file`); by default the default pad.
 
-    Args:
-        values: entries by name, or the name of such a file.
-        folder: folder that file names are relative to.
+    File names are relative to `folder`.
 
     Raises:
         DatasetError: a value is unknown.

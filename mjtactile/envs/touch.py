@@ -65,10 +65,7 @@ def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
 def feel_force(spec: mujoco.MjSpec, name: str, body: str) -> None:
     """Add a MuJoCo sensor of the total contact force on a pad, world frame [N], for rewards only.
 
-    Args:
-        spec: model specification.
-        name: name of the sensor.
-        body: name of a body on which only the pad collides; a pad with hollows has several geoms.
+    Only the pad collides on the body; a pad with hollows has several geoms.
     """
     spec.add_sensor(
         name=name,
@@ -89,14 +86,7 @@ def sensor_slice(model: mujoco.MjModel, name: str) -> slice:
 
 
 class PadObserver:
-    """Observations of the pads of n environments.
-
-    Args:
-        model: compiled model.
-        names: names of the pads' sensors, in the order of the observation.
-        options: observation of the pads.
-        count: number of environments, n.
-    """
+    """Observations of the pads of n environments, in the order of the names of the pads' sensors."""
 
     def __init__(self, model: mujoco.MjModel, names: Sequence[str], options: TouchOptions, count: int) -> None:
         self.options = options

@@ -90,11 +90,7 @@ class ShapeBelief:
         self._shapes: tuple[str, ...] = ()
 
     def look(self, shapes: Sequence[str], probabilities: npt.ArrayLike) -> None:
-        """Add one recognition.
-
-        Args:
-            shapes: names of the candidate shapes, the same at every call.
-            probabilities: probability of each [-], (shapes,).
+        """Add one recognition: probabilities [-], (shapes,), of the candidate shapes, which are the same at every call.
 
         Raises:
             ControlError: the candidates differ from those of earlier calls.

@@ -109,21 +109,13 @@ class DissectedPad:
         return sparse.csr_array(matrix[places][:, places])
 
     def displacements(self, places: Indices) -> Array:
-        """Displacements of all unknowns under unit forces on some surface unknowns [m/N], (unknowns, forces).
-
-        Args:
-            places: indices of the loaded unknowns among those of the surface, (forces,).
-        """
+        """Displacements of all unknowns under unit forces on some of the surface's [m/N], (unknowns, forces)."""
         forces = np.zeros((self.count, len(places)))
         forces[self.surface[places], np.arange(len(places))] = 1.0
         return self.solve(forces)
 
     def solve(self, forces: Array) -> Array:
-        """Displacements [m] under forces, shape (unknowns, columns).
-
-        Args:
-            forces: on all unknowns [N], shape (unknowns, columns). The array is overwritten with the displacements.
-        """
+        """Displacements [m] under forces [N], (unknowns, columns); the array of forces is overwritten with them."""
         loaded = np.zeros(len(self._fronts), dtype=bool)
         for place, front in enumerate(self._fronts):
             below = any(loaded[self._place[id(child)]] for child in front.children)

@@ -69,11 +69,9 @@ QUADRANT_SIGNS = BOTH.signs
 
 
 def free_in_plane(mesh: SheetMesh, parity: Parity | None) -> Mask:
-    """Mask over a plane's degrees of freedom: False where a mirror plane holds a component at zero.
+    """Mask over a plane's degrees of freedom: False where a mirror plane holds a component of a class at zero.
 
-    Args:
-        mesh: of the sheet, or of its quarter.
-        parity: the quarter model's symmetry class, or None for a mesh of the whole sheet.
+    Without a class, the mesh is that of the whole sheet.
     """
     free = np.ones((3, mesh.y.node_count, mesh.x.node_count), dtype=bool)
     if parity is not None:

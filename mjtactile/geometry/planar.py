@@ -122,14 +122,11 @@ def convex_parts(polygon: Polygon) -> list[Polygon]:
 
 
 def even_parts(area: Polygon | MultiPolygon) -> list[Polygon]:
-    """Convex parts of about one size that cover an area and leave its notches and holes open.
+    """Convex parts of about one size that cover an area [m] and leave its notches and holes open.
 
     A grid of squares, centred on the area's bounds, cuts the area into pieces. `convex_parts` cuts those pieces that
     are not convex. Pieces smaller than a hundredth of a square are left out. Arcs are replaced by chords that deviate
     from them by up to a fiftieth of a square's side.
-
-    Args:
-        area: with its longer side along x or y if possible [m].
     """
     west, south, east, north = area.bounds
     side = max(east - west, north - south) / _SQUARES

@@ -54,10 +54,6 @@ def checked(solid: trimesh.Trimesh) -> trimesh.Trimesh:
 def extrude(area: Polygon | MultiPolygon, height: float) -> trimesh.Trimesh:
     """The prism over `area` from z = 0 to z = height [m], watertight; its corners are the area's own corners.
 
-    Args:
-        area: outline of the prism [m].
-        height: of the prism [m].
-
     Raises:
         IndenterError: the height is not positive, the area is empty, or the prism is no valid solid.
     """

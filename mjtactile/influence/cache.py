@@ -179,10 +179,9 @@ def cached_tables() -> list[CachedTable]:
 
 
 def clear_cache(*, unusable_only: bool = False) -> list[CachedTable]:
-    """Remove tables from the cache, except those being built; processes that have one open can still use it.
+    """Remove tables, or only unusable ones, from the cache; those that are open can still be used.
 
-    Args:
-        unusable_only: keep those that this version of the package can read.
+    Tables that are being built stay.
 
     Returns:
         The removed tables.
@@ -210,12 +209,7 @@ def clear_cache(*, unusable_only: bool = False) -> list[CachedTable]:
 # Numbers so small that they are 0 in single precision are no error, whatever NumPy has been told to make of them.
 @np.errstate(under="ignore")
 def build_influence(pad: Pad, fidelity: str | Fidelity, *, progress: bool = True) -> InfluenceMatrices:
-    """Build influence matrices without reading or writing the cache.
-
-    Args:
-        pad: the sheet and its taxels.
-        fidelity: preset by name, or a Fidelity.
-        progress: report progress on standard error, see `influence_matrices`.
+    """Build influence matrices without reading or writing the cache; arguments as in `influence_matrices`.
 
     Raises:
         MeshError: the mesh does not exist, cannot be solved, or needs more memory than the machine has.

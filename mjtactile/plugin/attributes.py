@@ -34,10 +34,7 @@ _SWITCH = {"": False, "off": False, "on": True}
 
 
 def known_pad(name: str) -> Pad:
-    """The pad that a text names.
-
-    Args:
-        name: a registered name, the text of a pad (`mjtactile.pad_text`), or a file of saved influence matrices.
+    """The pad of a registered name, of a text (`mjtactile.pad_text`), or of a file of saved influence matrices.
 
     Raises:
         SceneError: it is none of these, or the text does not describe a pad.
@@ -51,10 +48,7 @@ def known_pad(name: str) -> Pad:
 
 
 class Attributes:
-    """The attributes of one sensor, parsed.
-
-    Args:
-        values: text of each attribute, by its name; empty if the model does not set the attribute.
+    """The attributes of one sensor, parsed from texts by name; a text is empty if the model does not set the attribute.
 
     Raises:
         SceneError: a value is invalid; the message lists the valid ones.

@@ -40,10 +40,7 @@ class Scale:
         self._lately = LEAST_SCALE
 
     def follow(self, readings: Sequence[npt.NDArray[np.float32]]) -> float:
-        """Update the scale with the readings of a frame.
-
-        Args:
-            readings: readings of each pad [Pa].
+        """Update the scale with the readings of each pad in a frame [Pa].
 
         Returns:
             The new upper end of the scale [Pa].

@@ -286,8 +286,7 @@ _TACTILE_RUNS = 100
 def plugin_benchmark(*, quick: bool = False) -> dict[str, Any]:
     """Measure the time that the sensor adds to a step in every scene, and the speed-up of a batch of simulations.
 
-    Args:
-        quick: measure preset "fast" alone in an eighth of the runs, for tests.
+    If `quick`, for tests, only preset "fast" is measured, in an eighth of the runs.
 
     Returns:
         "mujoco_version"; "instruction_set" of the core; "rows", each with "name", "added_s", the time that the sensor

@@ -124,12 +124,9 @@ def stored_runs() -> dict[str, Any]:
 
 
 def today_table(others: list[dict[str, Any]], trade: dict[str, Any], plugin: dict[str, Any]) -> str:
-    """The README's table: two presets beside the sensors that people use today, in Markdown.
+    """The README's table in Markdown: two presets beside the sensors that people use today.
 
-    Args:
-        others: the entries `[[other]]` of benchmarks/today.toml.
-        trade: a result of `mjtactile bench trade`.
-        plugin: a result of `mjtactile bench plugin`.
+    The arguments are the entries `[[other]]` of benchmarks/today.toml, and results of `bench trade` and `bench plugin`.
     """
     added = {row["name"]: row["added_s"] for row in plugin["rows"]}
     titles = ["", "reports", "below the surface", "error against CalculiX", "box adds to a step", "star adds to a step"]

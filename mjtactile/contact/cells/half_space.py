@@ -70,12 +70,7 @@ def half_space(edges: Array, sides: npt.NDArray[np.integer[Any]], cells: int) ->
 
 
 def flat_responses(x: Array, y: Array) -> HalfSpaceResponses:
-    """Responses of patches of a flat surface, by row.
-
-    Args:
-        x: boundaries of the patches along x, ascending [m].
-        y: boundaries along y [m].
-    """
+    """Responses of patches of a flat surface, by row, between ascending boundaries along x and along y [m]."""
     areas = np.outer(np.diff(y), np.diff(x)).ravel()
     return HalfSpaceResponses(*half_space(*_patch_edges(x, y), len(areas)) / (areas[:, None] * areas))
 
@@ -83,10 +78,7 @@ def flat_responses(x: Array, y: Array) -> HalfSpaceResponses:
 def bent_responses(x: Array, y: Array, outer: Surface) -> HalfSpaceResponses:
     """Responses of patches of a curved surface, by row, components along each patch's own axes.
 
-    Args:
-        x: boundaries of the patches along x in the projection, ascending [m].
-        y: boundaries along y [m].
-        outer: the surface.
+    The patches are between ascending boundaries along x and along y in the projection [m].
     """
     found = _far(x, y, outer)
     columns, rows = len(x) - 1, len(y) - 1

@@ -91,13 +91,7 @@ def lift_task(drawn: np.random.Generator) -> LiftTask:
 
 
 def lift(task: LiftTask, touch: TouchSense, *, fidelity: str, blind_grip: float | None = None) -> dict[str, Any]:
-    """Lift the object and return the judge's results.
-
-    Args:
-        task: the trial.
-        touch: the controller's sense of touch.
-        fidelity: fidelity of the readings.
-        blind_grip: constant grip of a controller without touch [N]; None for the tactile controller.
+    """Lift the object, with a constant `blind_grip` [N] or else by touch, and return the judge's results.
 
     Returns:
         The task's values; "needed", the least grip that holds the object [N]; "felt_friction", the estimated friction

@@ -120,10 +120,7 @@ def make_touch(kind: str, *, noise: float, seed: tuple[int, ...], weights: str |
 
 @lru_cache(maxsize=2)
 def grasp_recogniser(weights: str | None) -> GraspRecogniser:
-    """The recogniser of forces and torsional moments on a gripper's pads.
-
-    Args:
-        weights: folder of other weights; None for those of the package.
+    """The recogniser of forces and torsional moments on a gripper's pads; without a folder of weights, the package's.
 
     Raises:
         RecognitionError: there are no weights, or they are for another pad.

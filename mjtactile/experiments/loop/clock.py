@@ -117,11 +117,7 @@ class Loop:
         return len(self.log.time)
 
     def tick(self, arm: int, commanded: Array | None = None) -> Recognised | None:
-        """Step the simulation by one tick and recognise the contact.
-
-        Args:
-            arm: index of the moving arm, for the log.
-            commanded: commanded force of this arm on the pad [N], (3,), for the log.
+        """Step the simulation by one tick and recognise the contact; the arguments, as of `Arms.tick`, are for the log.
 
         Returns:
             The recognised contact; None without contact.

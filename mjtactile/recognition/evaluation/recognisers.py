@@ -123,8 +123,7 @@ def evaluate(
 def recognisers(folder: Path | None = None) -> tuple[Pad, dict[str, tuple[ForceRecogniser, ShapeRecogniser]]]:
     """The pad that weights are for, and the evaluated recognisers of force and shape by layers ("all", "top").
 
-    Args:
-        folder: folder of other weights, see `evaluate`.
+    The folder is as in `evaluate`.
 
     Raises:
         RecognitionError: weights are missing or damaged, those of both layers are for different pads, or they do not

@@ -102,17 +102,10 @@ def most_alike(looks: Looks, known: Sequence[ShapeModule], count: int) -> list[S
 
 
 def fit_module(network: NewModule, looks: Looks, schedule: Schedule, generator: torch.Generator, label: str) -> None:
-    """Fit a module to training samples; half of each batch is of the new shape.
+    """Fit a new module, in place, to training samples; half of each batch is of the new shape.
 
     In use, all shapes are equally likely a priori. So the bias is lowered by the logarithm of the number of existing
     shapes at the end.
-
-    Args:
-        network: the new module, changed in place.
-        looks: training samples.
-        schedule: hyperparameters.
-        generator: draws the batches.
-        label: text of the progress bar.
     """
     others = looks.scores.logsumexp(1)
     pools = [torch.nonzero(looks.own == own)[:, 0] for own in (True, False)]

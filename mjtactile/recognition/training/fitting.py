@@ -128,13 +128,7 @@ def rate(right: np.ndarray) -> str:
 
 
 def provenance(config: Any, dataset: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """Metadata of trained weights: configuration, versions, dataset and time.
-
-    Args:
-        config: a dataclass with the script's options; paths are left out.
-        dataset: metadata of the dataset.
-        seconds: duration of the training [s].
-    """
+    """Metadata of trained weights: configuration without its paths, versions, dataset and training time [s]."""
     import mujoco
 
     return {
