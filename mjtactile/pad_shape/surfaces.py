@@ -55,9 +55,9 @@ class Surface(ABC):
         """Height and derivatives at points (x, y) in the pad frame [m]; NaN where there is no surface."""
 
     @property
-    @abstractmethod
     def mirrors(self) -> tuple[bool, bool]:
-        """Whether the surface is symmetric under x -> -x, and under y -> -y."""
+        """Whether the surface is symmetric under x -> -x, and under y -> -y; planes and quadrics are."""
+        return True, True
 
     @property
     def numbers(self) -> dict[str, Any]:
@@ -260,11 +260,6 @@ class Flat(Surface):
     kind: ClassVar[str] = "flat"
 
     @property
-    def mirrors(self) -> tuple[bool, bool]:
-        """True for both: a plane is symmetric under x -> -x and under y -> -y."""
-        return True, True
-
-    @property
     def is_flat(self) -> bool:
         """True: the surface is the plane z = 0."""
         return True
@@ -282,11 +277,6 @@ class Quadric(Surface):
     @abstractmethod
     def principal_axes(self) -> tuple[float, float, float]:
         """Half the quadric's widths a, b and c along x, y and z [m]."""
-
-    @property
-    def mirrors(self) -> tuple[bool, bool]:
-        """True for both: quadrics about their axes are symmetric under x -> -x and under y -> -y."""
-        return True, True
 
     def jet(self, x: Array, y: Array) -> Jet:
         """Height and derivatives; NaN beyond the quadric's widest outline."""
