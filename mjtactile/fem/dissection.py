@@ -148,10 +148,11 @@ class DissectedPad:
         count = end - first
         factor = _cholesky(stiffness[:count, :count])
         # The Schur complement subtracts a matrix times its transpose: inverses would lose twice as many digits.
-        coupling = _forward(factor, stiffness[:count, count:])
+        coupling = solve_triangular(factor, stiffness[:count, count:], lower=True, check_finite=False)
         left = stiffness[count:, count:] - coupling.T @ coupling
+        from_outer = solve_triangular(factor, coupling, lower=True, trans=1, check_finite=False)
         outer = unknowns[count:]
-        return outer, left, _Front(slice(first, end), outer, factor, _backward(factor, coupling), children)
+        return outer, left, _Front(slice(first, end), outer, factor, from_outer, children)
 
     def _column(self, row: int, column: int) -> _Part:
         """Stiffness of a column of elements on the clamped base."""
@@ -223,16 +224,6 @@ def _cholesky(matrix: Array) -> Array:
             "soft beside its neighbours, too curved, or its Poisson ratio is too near 0.5."
         )
     return factor
-
-
-def _forward(factor: Array, right: Array) -> Array:
-    """L^-1 times a matrix."""
-    return solve_triangular(factor, right, lower=True, check_finite=False)
-
-
-def _backward(factor: Array, right: Array) -> Array:
-    """L^-T times a matrix."""
-    return solve_triangular(factor, right, lower=True, trans=1, check_finite=False)
 
 
 def _in_order(front: _Front | None) -> list[_Front]:

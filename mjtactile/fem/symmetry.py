@@ -48,7 +48,7 @@ class MirrorPlanes:
 
     @cached_property
     def images(self) -> tuple[tuple[int, int], ...]:
-        """Mirror images of a point as signs of (x, y), the point itself first; QUADRANTS for both mirrors."""
+        """Mirror images of a point as signs of (x, y), the point itself first."""
         along_x, along_y = ((1, -1) if mirrored else (1,) for mirrored in (self.x, self.y))
         return tuple((x, y) for y in along_y for x in along_x)
 
@@ -62,10 +62,6 @@ class MirrorPlanes:
 
 #: MirrorPlanes of a flat sheet.
 BOTH = MirrorPlanes()
-#: Quadrants of the plane as signs (x, y), in the order sample points refer to them.
-QUADRANTS = BOTH.images
-#: Sign of each class in each quadrant, shape (quadrants, classes).
-QUADRANT_SIGNS = BOTH.signs
 
 
 def free_in_plane(mesh: SheetMesh, parity: Parity | None) -> Mask:
