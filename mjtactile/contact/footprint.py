@@ -244,13 +244,8 @@ def _grid(surface: SurfaceGrid) -> SurfaceGrid:
 
 def _reach(surface: SurfaceGrid) -> float:
     """Height above the first contact point beyond which there is no contact [m], along z."""
-    steepest = 1.0 if surface.outer.is_flat else float(np.max(surface.outer.stretch(*_corners(surface))))
-    return REACH * surface.thickness * steepest
-
-
-def _corners(surface: SurfaceGrid) -> tuple[Array, Array]:
-    x, y = np.meshgrid(surface.x.vertices[[0, -1]], surface.y.vertices[[0, -1]])
-    return x.ravel(), y.ravel()
+    corners = np.meshgrid(surface.x.vertices[[0, -1]], surface.y.vertices[[0, -1]])
+    return REACH * surface.thickness * float(np.max(surface.outer.stretch(*corners)))
 
 
 # What follows are functions and classes of the module, not functions in functions: footprints can then be pickled.
