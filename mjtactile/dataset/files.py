@@ -47,6 +47,8 @@ if TYPE_CHECKING:
 FORMAT = 2
 #: Columns that contain names.
 _NAMES = ("shape", "preset", "law", "tangential", "transducer")
+#: Columns that are the same for all presses of an outline, named as in `OutlinePresses`.
+_OF_OUTLINE = ("shape", "size", "free", "preset", "law", "tangential")
 #: Key of the metadata in a file's schema.
 _METADATA = b"mjtactile"
 
@@ -191,20 +193,11 @@ def press_columns(spec: DatasetSpec, presses: OutlinePresses) -> dict[str, np.nd
     shifts = np.repeat([pose.shift for pose in presses.poses], spec.forces, axis=0)
     columns = {
         "press": index,
-        "shape": np.full(count, presses.shape),
-        "size": np.full(count, presses.size),
+        **{name: np.full(count, getattr(presses, name)) for name in _OF_OUTLINE},
         "rotation": np.repeat([pose.rotation for pose in presses.poses], spec.forces),
-        "shift_x": shifts[:, 0],
-        "shift_y": shifts[:, 1],
-        "force_x": forces[:, 0],
-        "force_y": forces[:, 1],
-        "force_z": forces[:, 2],
-        "position_x": points[:, 0],
-        "position_y": points[:, 1],
-        "free": np.full(count, presses.free),
-        "preset": np.full(count, presses.preset),
-        "law": np.full(count, presses.law),
-        "tangential": np.full(count, presses.tangential),
+        **{f"shift_{axis}": values for axis, values in zip("xy", shifts.T, strict=True)},
+        **{f"force_{axis}": values for axis, values in zip("xyz", forces.T, strict=True)},
+        **{f"position_{axis}": values for axis, values in zip("xy", points.T, strict=True)},
         "noise": noise,
         "transducer": np.full(count, (spec.transducer or {}).get("name", "none")),
         "readings": readings.reshape(count, -1).astype(np.float32),
