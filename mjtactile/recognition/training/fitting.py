@@ -105,21 +105,30 @@ def fit(
     """
     start, generator = time.perf_counter(), looker.generator
     pool = torch.tensor(train)
+
+    def loss() -> torch.Tensor:
+        index = pool[torch.randint(len(pool), (schedule.batch,), generator=generator)]
+        drawn = torch.rand((2, schedule.batch), generator=generator)
+        noise = torch.where(drawn[0] < schedule.quiet, 0.0, drawn[1] ** 2 * schedule.noise)
+        features, size = looker.features(index, noise, int(schedule.imperfect * schedule.batch))
+        return loss_of(network(features), index, size)
+
+    descend(network, loss, schedule, label)
+    return time.perf_counter() - start
+
+
+def descend(network: torch.nn.Module, draw_loss: Callable[[], torch.Tensor], schedule: Schedule, label: str) -> None:
+    """Change a network by AdamW; each call of `draw_loss` draws a batch and returns the network's loss on it."""
     optimiser = torch.optim.AdamW(network.parameters(), lr=schedule.rate, weight_decay=schedule.decay)
     with progress_bar(label, schedule.steps) as advance:
         for step in range(schedule.steps):
             for group in optimiser.param_groups:
                 group["lr"] = learning_rate(schedule, step)
-            index = pool[torch.randint(len(pool), (schedule.batch,), generator=generator)]
-            drawn = torch.rand((2, schedule.batch), generator=generator)
-            noise = torch.where(drawn[0] < schedule.quiet, 0.0, drawn[1] ** 2 * schedule.noise)
-            features, size = looker.features(index, noise, int(schedule.imperfect * schedule.batch))
-            loss = loss_of(network(features), index, size)
+            loss = draw_loss()
             optimiser.zero_grad(set_to_none=True)
             loss.backward()
             optimiser.step()
             advance(1)
-    return time.perf_counter() - start
 
 
 def rate(right: np.ndarray) -> str:
