@@ -30,15 +30,13 @@ _MOST_BANDS = 8
 class FreeTaxels:
     """Taxels at arbitrary points; readings of such a pad have the shape (taxels,).
 
-    Args:
-        points: centres in the pad frame [m], (n, 3); z is 0 in the middle of the sensing surface and negative below it.
-        radii: radius of the ball that each taxel averages over [m], (n,); None for the pad's sampling radius.
-
     Raises:
         PadError: the points are not finite and of shape (n, 3), or a radius is not positive.
     """
 
+    #: Centres in the pad frame [m], (n, 3); z is 0 in the middle of the sensing surface and negative below it.
     points: tuple[tuple[float, float, float], ...]
+    #: Radius of the ball that each taxel averages over [m], (n,); None for the pad's sampling radius.
     radii: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
