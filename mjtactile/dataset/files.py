@@ -173,11 +173,7 @@ def _is_foreign(content: bytes) -> bool:
 
 
 def press_columns(spec: DatasetSpec, presses: OutlinePresses) -> dict[str, np.ndarray]:
-    """Make the presses of one outline.
-
-    Returns:
-        Labels and readings as columns by name, (presses, ...), without presses that did not settle.
-    """
+    """Labels and readings of an outline's presses that settled, as columns by name, (presses, ...)."""
     influence = _influence(spec.pad, presses.preset)
     if spec.backend == "mujoco":
         from mjtactile.dataset.by_scene import mujoco_readings as readings_of

@@ -134,14 +134,11 @@ class PadObserver:
                 ]
 
     def observe(self, sensordata: Array, rows: Rows) -> npt.NDArray[np.float32]:
-        """Current observations of some environments.
+        """Current observations of some environments, shape (k, *space.shape).
 
         Args:
             sensordata: sensor data of all environments, shape (n, nsensordata).
             rows: indices of the environments, shape (k,).
-
-        Returns:
-            Observations, shape (k, *space.shape).
         """
         sensed = sensordata[rows[:, None], self._columns].reshape(len(rows), self.shape[0], -1)
         if self.options.observation == "wrench":

@@ -42,15 +42,12 @@ class ForceServo:
             )
 
     def step(self, recognised: npt.ArrayLike | None, commanded: npt.ArrayLike, period: float) -> Array:
-        """The next displacement of the target.
+        """The next displacement of the target, pad frame [m], shape (3,).
 
         Args:
             recognised: force on the pad, pad frame [N], shape (3,); None without contact.
             commanded: desired force on the pad [N], shape (3,); it must press (commanded[2] < 0).
             period: time since the last call [s].
-
-        Returns:
-            Displacement of the target, pad frame [m], shape (3,).
 
         Raises:
             ControlError: the commanded force does not press.

@@ -100,14 +100,11 @@ class SurfaceGrid:
         return self._gather(per_cell)
 
     def traction_forces(self, edges: Array, tractions: Array) -> Array:
-        """Consistent nodal forces of tractions that are constant on polygons.
+        """Consistent nodal forces (nodes y, nodes x, 3) [N] of tractions that are constant on polygons.
 
         Args:
             edges: of all polygons, each with its polygon on the left, pad frame [m], shape (edges, 2 ends, 2).
             tractions: for each edge, the traction on its polygon, pad frame [Pa], shape (edges, 3).
-
-        Returns:
-            shape (nodes along y, nodes along x, 3) [N].
         """
         forces = np.empty((*self.node_shape, 3))
         edges, tractions = contiguous(edges), contiguous(tractions)

@@ -106,14 +106,11 @@ def fold_forces(forces: Array, parity: Parity) -> Array:
 
 
 def unfold_field(classes: list[Array], mirrors: MirrorPlanes = BOTH) -> Array:
-    """A vector field on the whole surface from its symmetry classes on the quarter.
+    """A vector field (..., nodes y, nodes x, 3) on the whole surface from its symmetry classes on the quarter.
 
     Args:
         classes: one array (..., 3, quarter nodes y, quarter nodes x) per class, in the order of the mirrors' classes.
         mirrors: of the body.
-
-    Returns:
-        (..., nodes y, nodes x, 3).
     """
     whole = 0.0
     for parity, quarter in zip(mirrors.classes, classes, strict=True):

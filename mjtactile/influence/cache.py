@@ -179,12 +179,9 @@ def cached_tables() -> list[CachedTable]:
 
 
 def clear_cache(*, unusable_only: bool = False) -> list[CachedTable]:
-    """Remove tables, or only unusable ones, from the cache; those that are open can still be used.
+    """Remove tables, or only unusable ones, from the cache, and return them; those that are open can still be used.
 
     Tables that are being built stay.
-
-    Returns:
-        The removed tables.
 
     Raises:
         OSError: a table cannot be removed.

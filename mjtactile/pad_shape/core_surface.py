@@ -41,8 +41,7 @@ class CoreSurface:
     def centre_of_pressure(self, wrench: Array) -> Array | None:
         """Point of the surface, (3,) [m], at which a wrench about the pad's origin presses, (6,) [N, N m], pad frame.
 
-        Returns:
-            The point, at the sheet's rim if the line of the force passes beside it; None if none is found.
+        It is at the sheet's rim if the line of the force passes beside it; None if none is found.
         """
         centre = np.empty(3)
         found = library().mjt_centre_of_pressure(self.handle, pointer(contiguous(wrench)), pointer(centre))

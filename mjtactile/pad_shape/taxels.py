@@ -91,7 +91,7 @@ class FreeTaxels:
 
 
 def depth_bands(depths: Array, radius: float) -> list[Indices]:
-    """Group taxels into bands of similar depth, top first; each band is drawn as one layer.
+    """Ascending indices of taxels in bands of similar depth, top first; each band is drawn as one layer.
 
     A band ends where the next taxel is deeper by more than `radius`. So taxels in separate layers form one band each,
     and taxels at evenly spread depths form a single band.
@@ -99,9 +99,6 @@ def depth_bands(depths: Array, radius: float) -> list[Indices]:
     Args:
         depths: of the taxels [m], shape (n,).
         radius: of their balls [m].
-
-    Returns:
-        Indices of each band's taxels, ascending.
     """
     order = np.argsort(depths, kind="stable")
     ends = np.flatnonzero(np.diff(depths[order]) > radius) + 1

@@ -44,7 +44,7 @@ def render_scene(
     camera: str | mujoco.MjvCamera | None = None,
     mark: Callable[[Any], None] | None = None,
 ) -> npt.NDArray[np.uint8]:
-    """Render the state in `data`.
+    """Render the state in `data` as RGB, shape (height, width, 3), top row first.
 
     Args:
         model: compiled model.
@@ -53,9 +53,6 @@ def render_scene(
         height: height of the image [pixels].
         camera: name of a camera of the model, or an `MjvCamera`; a view of the whole scene if None.
         mark: function that may change the `mujoco.MjvScene` before rendering.
-
-    Returns:
-        RGB, shape (height, width, 3), top row first.
 
     Raises:
         RenderError: OpenGL does not work (the message names the packages to install), the model has no such camera, or

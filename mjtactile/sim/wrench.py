@@ -80,7 +80,7 @@ def geom_frame(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> PadFram
 def contact_wrenches(
     model: mujoco.MjModel, data: mujoco.MjData, pad_geom: int, frame: PadFrame | None = None
 ) -> PadContacts:
-    """Wrenches of other geoms on the pad, from the contacts of the last forward pass.
+    """The wrench of each geom that touches the pad, from the contacts of the last forward pass; empty without contact.
 
     MuJoCo gives the force and torque of the first geom on the second, in the contact's axes, the rows of
     `contact.frame`. The pad may be either geom, which determines the sign. With R the pad's rotation, C the contact's
@@ -91,9 +91,6 @@ def contact_wrenches(
         data: its state after `mj_step` or `mj_forward`.
         pad_geom: id of the pad's geom. Contacts of other geoms of the same body are not included.
         frame: the pad frame; that of the pad's geom if None.
-
-    Returns:
-        The wrench of each touching geom; empty without contact.
 
     Raises:
         SceneError: there is contact, `frame` is None, and the geom is neither a box nor a mesh.

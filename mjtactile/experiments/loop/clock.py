@@ -117,11 +117,7 @@ class Loop:
         return len(self.log.time)
 
     def tick(self, arm: int, commanded: Array | None = None) -> Recognised | None:
-        """Step the simulation by one tick and recognise the contact; the arguments, as of `Arms.tick`, are for the log.
-
-        Returns:
-            The recognised contact; None without contact.
-        """
+        """Step the simulation by one tick and return the recognised contact, None without contact; see `Arms.tick`."""
         start = perf_counter()
         self.data.ctrl[self._actuators] = (self.targets - self._homes).ravel()
         for _ in range(self._every):

@@ -90,7 +90,7 @@ def fit(
     *,
     label: str,
 ) -> float:
-    """Fit a network by AdamW on noisy presses.
+    """Fit a network by AdamW on noisy presses; return the elapsed time [s].
 
     Args:
         network: maps features to outputs.
@@ -99,9 +99,6 @@ def fit(
         loss_of: function of outputs, indices of the presses and their sizes that returns the loss.
         schedule: hyperparameters.
         label: text of the progress bar.
-
-    Returns:
-        Elapsed time [s].
     """
     start, generator = time.perf_counter(), looker.generator
     pool = torch.tensor(train)

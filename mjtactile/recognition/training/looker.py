@@ -30,15 +30,12 @@ class Looker:
     def features(
         self, index: torch.Tensor, noise: torch.Tensor, imperfect: int = 0
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Features and sizes of some presses.
+        """Features of some presses, (n, parts + 1), and norms of their projections, (n,).
 
         Args:
             index: indices of the presses, (n,).
             noise: standard deviation over the press's largest reading [-], (n,).
             imperfect: number of presses, from the first on, that are read by imperfect transducers.
-
-        Returns:
-            Features, (n, parts + 1), and norms of the projections, (n,).
         """
         clean, energy = self.projected[index], self.energy[index]
         if imperfect:
