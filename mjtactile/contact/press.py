@@ -63,16 +63,11 @@ def _doubles(values: list[float]) -> ctypes.Array[ctypes.c_double]:
 
 
 class _CoreFootprint:
-    """A footprint in the compiled core.
-
-    Attributes:
-        handle: pointer to the core's object, an argument of the core's functions.
-        error: exception of a gap function, if any.
-    """
+    """A footprint in the compiled core."""
 
     def __init__(self, handle: int) -> None:
-        self.handle = handle
-        self.error: BaseException | None = None
+        self.handle = handle  #: pointer to the core's object, an argument of the core's functions
+        self.error: BaseException | None = None  #: exception of a gap function, if any
         self._free = library().mjt_footprint_free
 
     def __del__(self) -> None:

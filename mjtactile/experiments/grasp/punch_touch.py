@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from pathlib import Path
 
 from mjtactile._types import Array
 from mjtactile.experiments.grasp.known import PadLoads
@@ -38,5 +37,4 @@ def punch_recognisers(weights: str | None) -> tuple[ForceRecogniser, ShapeRecogn
     Raises:
         RecognitionError: there are no weights, or they are for another pad.
     """
-    folder = None if weights is None else Path(weights)
-    return load("force", pad=Pad(), folder=folder), load("shape", pad=Pad(), folder=folder)
+    return load("force", pad=Pad(), folder=weights), load("shape", pad=Pad(), folder=weights)

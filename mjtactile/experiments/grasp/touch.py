@@ -6,7 +6,6 @@ The three have the same interface, so that a control law can be tested with each
 from __future__ import annotations
 
 from functools import lru_cache
-from pathlib import Path
 from typing import Protocol
 
 import mujoco
@@ -125,7 +124,7 @@ def grasp_recogniser(weights: str | None) -> GraspRecogniser:
     Raises:
         RecognitionError: there are no weights, or they are for another pad.
     """
-    return load("grasp", pad=Pad(), folder=None if weights is None else Path(weights))
+    return load("grasp", pad=Pad(), folder=weights)
 
 
 def no_loads(readings: Array | None) -> PadLoads:
