@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array
-from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
+from mjtactile.contact.options import TILTS, contact_options
+from mjtactile.contact.tangentials import TANGENTIALS
 from mjtactile.errors import ContactError, PresetError, SceneError, of_type, shortened
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
 from mjtactile.influence.matrices import read_influence

@@ -13,14 +13,11 @@ from mjtactile.contact.laws import BY_NAME, ContactLaw
 from mjtactile.contact.tangentials import TANGENTIAL_CHOICES, TANGENTIALS, TangentialChoice
 from mjtactile.errors import ContactError, MjTactileError, of_type, shortened
 from mjtactile.fem.surface_grid import SurfaceGrid
-from mjtactile.fidelity import CONTACT_LAWS as LAWS
-from mjtactile.fidelity import Fidelity
+from mjtactile.fidelity import CONTACT_LAWS, Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad
 from mjtactile.pad_shape.core_surface import core_surface
 from mjtactile.units import finite_number, is_whole, real_numbers
-
-__all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactOptions", "Wrench", "contact_options", "vector", "wanted_wrench"]
 
 _UP = np.array([0.0, 0.0, 1.0])
 _UP.setflags(write=False)
@@ -160,7 +157,7 @@ def contact_options(
     law = fidelity.law if law is None else law
     cells = fidelity.cells if cells is None else cells
     for kind, name, known in (
-        ("contact law", law, LAWS),
+        ("contact law", law, CONTACT_LAWS),
         ("tangential", tangential, TANGENTIALS),
         ("tilt", tilt, TILTS),
     ):

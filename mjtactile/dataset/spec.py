@@ -19,12 +19,12 @@ import numpy as np
 
 from mjtactile._files import path_from, read_text, why_unread
 from mjtactile._types import Array
-from mjtactile.contact.options import LAWS, contact_options
+from mjtactile.contact.options import contact_options
 from mjtactile.contact.tangentials import WITHOUT_FRICTION
 from mjtactile.dataset.hardware import transducer_for
 from mjtactile.dataset.shapes import SHAPE_NAMES, mesh_digest, shape_face
 from mjtactile.errors import ContactError, DatasetError, PadError, of_type, shortened
-from mjtactile.fidelity import DEFAULT, PRESETS
+from mjtactile.fidelity import CONTACT_LAWS, DEFAULT, PRESETS
 from mjtactile.pad import Pad
 from mjtactile.pad_names import pad_from_file, pad_from_values
 from mjtactile.units import GRAM_FORCE, MILLIMETRE, MOST_NOISE, MOST_PRESSES, MOST_SEED, finite_number, is_whole
@@ -117,7 +117,7 @@ class DatasetSpec:
         object.__setattr__(self, "contacts", contacts)
         if self.backend not in BACKENDS:
             raise DatasetError(f"backend {self.backend!r} does not exist. Available: {', '.join(BACKENDS)}.")
-        known = {"presets": tuple(PRESETS), "laws": LAWS, "tangential": WITHOUT_FRICTION}
+        known = {"presets": tuple(PRESETS), "laws": CONTACT_LAWS, "tangential": WITHOUT_FRICTION}
         for name, available in known.items():
             object.__setattr__(self, name, _known(name, getattr(self, name), available))
         of_type(Pad, "pad", self.pad, DatasetError, "pad_from_file(...) reads one")
@@ -210,7 +210,7 @@ def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
         contacts=tuple(_contact(entry) for entry in contacts),
         backend=backend,
         presets=_names(values, "fidelity", DEFAULT, tuple(PRESETS)),
-        laws=_names(values, "law", "elastic", LAWS),
+        laws=_names(values, "law", "elastic", CONTACT_LAWS),
         tangential=_names(values, "tangential", "proportional", WITHOUT_FRICTION),
         free=_as_float(values.get("free", 0.0)),
         noise=_in_si(values.get("noise", 0.0), 1.0),

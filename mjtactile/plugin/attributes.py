@@ -14,7 +14,8 @@ import mujoco
 import numpy as np
 
 from mjtactile._native import library, pointer
-from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
+from mjtactile.contact.options import TILTS, contact_options
+from mjtactile.contact.tangentials import TANGENTIALS
 from mjtactile.errors import InfluenceError, MeshError, PresetError, SceneError, of_type
 from mjtactile.fidelity import CONTACT_LAWS, DEFAULT, PRESETS, Fidelity, as_fidelity, fidelity_from_text
 from mjtactile.influence.cache import influence_matrices
