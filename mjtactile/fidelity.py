@@ -216,11 +216,7 @@ def _at_layer(choice: str | tuple[str, ...], sensing_layer: int) -> str:
 
 
 def _by_layer(name: str, choice: str | Sequence[str], known: tuple[str, ...]) -> str | tuple[str, ...]:
-    """A choice by sensing layer with as few entries as possible, so that equal choices are equal values.
-
-    Raises:
-        PresetError: there is none, or one does not exist.
-    """
+    """A choice by sensing layer with as few entries as possible, so that equal choices are equal values."""
     by_layer = list(_entries(choice))
     for one in by_layer or [None]:
         if not (isinstance(one, str) and one in known):

@@ -139,11 +139,7 @@ def record(
 
 
 def _check_environment(name: str, options: dict[str, object]) -> None:
-    """Refuse what is no environment, and options of lift, by name, that are not None.
-
-    Raises:
-        BadParameter: there is no such environment, or an option was given.
-    """
+    """Refuse what is no environment, and options of lift, by name, that are not None."""
     from mjtactile.envs.registration import ENTRY_POINTS
 
     if name not in ENTRY_POINTS:

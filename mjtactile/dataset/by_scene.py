@@ -55,11 +55,7 @@ def pose_scene(indenter: Indenter, pad: Pad, presses: OutlinePresses, pose: Pose
 
 
 def _settled(model: mujoco.MjModel, data: mujoco.MjData, sensor: TactileSensor, force: Array) -> tuple[Array, Array]:
-    """Readings and wrench of one press; NaN if it does not settle.
-
-    Raises:
-        SceneError: the press is refused before its first step, for example a force beyond the actuators' range.
-    """
+    """Readings and wrench of one press; NaN if it does not settle. A press that is refused at once is an error."""
     try:
         press(model, data, force)
     except SceneError:

@@ -331,11 +331,7 @@ def make_dataset(spec: DatasetSpec, folder: str | Path, *, workers: int | Worker
 
 
 def _chosen(workers: object) -> Workers:
-    """Where parts are made.
-
-    Raises:
-        DistributeError: it is neither a whole number from 1 on nor a `Workers`.
-    """
+    """Where parts are made: at workers, or in a whole number of processes from 1 on."""
     if isinstance(workers, Workers):
         return workers
     if not is_whole_number(workers):
@@ -356,11 +352,7 @@ def _rows(path: Path) -> int:
 
 
 def _check_some(spec: DatasetSpec, folder: Path) -> None:
-    """Refuse a complete dataset without any press.
-
-    Raises:
-        DatasetError: all presses were left out.
-    """
+    """Refuse a complete dataset without any press."""
     if not any(_rows(folder / part_name(first)) for first, _ in _parts(spec)):
         raise DatasetError(
             f"all {spec.presses} presses were left out: {_why_left_out(spec)}. The dataset in {folder} is empty. "
@@ -435,12 +427,9 @@ def _parts(spec: DatasetSpec) -> Iterator[tuple[int, int]]:
 
 
 def _check_poses(spec: DatasetSpec, parts: Iterable[tuple[int, int]]) -> None:
-    """Refuse presses that would miss the pad, before any is made.
+    """Refuse presses that would miss the pad, before any is made; the message names the press and the entry.
 
     With backend "physics", bodies that miss a curved pad are refused with the specification.
-
-    Raises:
-        DatasetError: a body misses the pad; the message names the press and the entry.
     """
     from mjtactile.dataset.by_law import always_on_pad, check_on_pad, pose_footprint
 
@@ -530,11 +519,7 @@ def _check_space(spec: DatasetSpec, folder: Path, presses: int) -> None:
 
 @contextmanager
 def _alone(folder: Path) -> Iterator[None]:
-    """Lock the folder against other processes that make datasets, and remove partial files of killed processes.
-
-    Raises:
-        DatasetError: another process has locked the folder, or the lock file cannot be used.
-    """
+    """Lock the folder against other processes that make datasets, and remove partial files of killed processes."""
     busy = f"another process is making the dataset in {folder}. Wait for it, or choose another folder."
     lock = lock_file(folder / ".lock", busy, DatasetError)
     try:

@@ -243,11 +243,7 @@ def _contact(entry: dict[str, Any]) -> ContactSpec:
 
 
 def _shape_names(shapes: object) -> tuple[str, ...]:
-    """Names of shapes, or paths of mesh files, as a tuple.
-
-    Raises:
-        DatasetError: they are no list of names, or there is none.
-    """
+    """Names of shapes, or paths of mesh files, as a tuple, checked."""
     if not (isinstance(shapes, list | tuple) and shapes and all(isinstance(shape, str) for shape in shapes)):
         raise DatasetError(
             f"[[contact]] shapes = {shortened(shapes)}; expected a list of names, for example ['star', 'sphere']."
@@ -361,11 +357,7 @@ def _plain(number: Any) -> float:
 
 
 def _share(name: str, value: object) -> float:
-    """A share as a number of Python.
-
-    Raises:
-        DatasetError: it is none.
-    """
+    """A share as a number of Python, checked."""
     if not 0.0 <= finite_number(value) <= 1.0:
         raise DatasetError(f"{name} = {shortened(value)}; expected a share from 0 to 1.")
     return _plain(value)
@@ -376,11 +368,7 @@ def _names(values: dict[str, Any], name: str, default: str, known: tuple[str, ..
 
 
 def _known(name: str, given: Any, known: tuple[str, ...]) -> tuple[str, ...]:
-    """Names of which each is known; a single one may be given alone.
-
-    Raises:
-        DatasetError: one is unknown, or there is none.
-    """
+    """Names of which each is known; a single one may be given alone."""
     names = tuple(given) if isinstance(given, list | tuple) else (given,)
     for one in names:
         if one not in known:
@@ -409,11 +397,7 @@ def _is_pair(given: object) -> TypeGuard[Range]:
 
 
 def _range(name: str, given: object, limits: _Limits) -> Range:
-    """A range in SI units, as numbers of Python.
-
-    Raises:
-        DatasetError: it is none, or is beyond its limits; the message has the units of the file.
-    """
+    """A range in SI units, as numbers of Python, checked; error messages have the units of the file."""
     given = given.tolist() if isinstance(given, np.ndarray) else given
     if not _is_pair(given):
         one = finite_number(given)

@@ -211,11 +211,7 @@ def _elimination_order(rows: int, columns: int) -> Indices:
 
 
 def _cholesky(matrix: Array) -> Array:
-    """Lower Cholesky factor of a stiffness.
-
-    Raises:
-        MeshError: it is not positive definite in double precision.
-    """
+    """Lower Cholesky factor of a stiffness; one that is not positive definite in double precision is a MeshError."""
     (factorise,) = get_lapack_funcs(("potrf",), (matrix,))
     factor, failed = factorise(matrix, lower=1, clean=1)
     if failed:
