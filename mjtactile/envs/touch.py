@@ -134,12 +134,7 @@ class PadObserver:
                 ]
 
     def observe(self, sensordata: Array, rows: Rows) -> npt.NDArray[np.float32]:
-        """Current observations of some environments, shape (k, *space.shape).
-
-        Args:
-            sensordata: sensor data of all environments, shape (n, nsensordata).
-            rows: indices of the environments, shape (k,).
-        """
+        """Current observations (k, *space.shape) of k environments, from the sensor data (n, nsensordata) of all."""
         sensed = sensordata[rows[:, None], self._columns].reshape(len(rows), self.shape[0], -1)
         if self.options.observation == "wrench":
             wrenches = self._noisy_wrenches(sensed * self._gains[rows, :, None], rows)

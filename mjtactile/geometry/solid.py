@@ -103,7 +103,7 @@ def silhouette(solid: trimesh.Trimesh) -> Polygon:
 def face_outline(
     solid: trimesh.Trimesh, height: float, *, tolerance: float = PLANE_TOLERANCE
 ) -> Polygon | MultiPolygon:
-    """Section of a solid by the plane z = height; concave outlines and holes are preserved.
+    """Section of a solid by the plane z = height [m], with concave outlines and holes; empty where it misses the solid.
 
     The solid includes its surface, so a flat face that lies in the plane belongs to the section. Where vertices lie
     within `tolerance` of the plane, the section is the union of the sections just above and just below it. Both cross
@@ -113,7 +113,6 @@ def face_outline(
         solid: a watertight mesh in the frame in which the plane is z = height [m].
         height: of the plane [m].
         tolerance: vertices within this distance of the plane lie in it [m].
-    Returns: the section [m]; an empty polygon where the plane misses the solid.
 
     Raises:
         IndenterError: the mesh is not watertight.

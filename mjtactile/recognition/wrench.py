@@ -80,12 +80,7 @@ class WrenchRecogniser(Generic[Result]):
         return self.from_seen(self.view.see(flat), batch)
 
     def from_seen(self, seen: Seen, batch: tuple[int, ...]) -> Result:
-        """Recognise from features that were computed before.
-
-        Args:
-            seen: the features, of n readings.
-            batch: batch axes of the readings; their product is n.
-        """
+        """Recognise from features that were computed before, of as many readings as the product of their batch axes."""
         values, deviations = self.estimator(seen.features)
         pressing = np.exp(values[:, -1]) * seen.size
         # Each mirror changes the sign of the torsional moment.

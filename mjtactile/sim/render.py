@@ -69,13 +69,9 @@ def render_scene(
 
 
 class Renderer:
-    """Draws states of one model, off-screen, in an OpenGL context of its own.
+    """Draws states of one model, off-screen, of a width and a height [pixels], in an OpenGL context of its own.
 
     OpenGL allows a context in one thread at a time: draw all pictures in the thread that made the renderer.
-
-    Args:
-        model: compiled model.
-        width, height: size of the images [pixels].
 
     Raises:
         RenderError: OpenGL does not work; the message names the packages to install.
