@@ -54,8 +54,7 @@ def gauss_weights(line: Line, positions: Array, jumps: tuple[int, ...] = ()) -> 
         jumps: interior vertices, by index, across which nothing is interpolated.
     """
     element = line.locate(positions)[0]
-    middles = (line.vertices[:-1] + line.vertices[1:]) / 2
-    gauss = (middles[:, None] + line.sizes[:, None] / 2 * GAUSS).ravel()
+    gauss = (line.middles[:, None] + line.sizes[:, None] / 2 * GAUSS).ravel()
     ends = np.array([0, *jumps, line.element_count])
     part = np.searchsorted(ends, element, side="right") - 1
     weights = np.zeros((len(positions), len(gauss)))

@@ -89,11 +89,9 @@ class SurfaceGrid:
         edges = oriented_edges(region)
         moments = self._cell_moments(edges)
         half_x, half_y = self.x.sizes / 2, self.y.sizes / 2
-        middle_x = (self.x.vertices[:-1] + self.x.vertices[1:]) / 2
-        middle_y = (self.y.vertices[:-1] + self.y.vertices[1:]) / 2
         plain = moments[..., :3, :3]
-        times_x = middle_x[:, None, None] * plain + half_x[:, None, None] * moments[..., :3, 1:]
-        times_y = middle_y[:, None, None, None] * plain + half_y[:, None, None, None] * moments[..., 1:, :3]
+        times_x = self.x.middles[:, None, None] * plain + half_x[:, None, None] * moments[..., :3, 1:]
+        times_y = self.y.middles[:, None, None, None] * plain + half_y[:, None, None, None] * moments[..., 1:, :3]
         per_cell = np.einsum(
             "kb,mjiba,la->mjikl", _SHAPE_COEFFICIENTS, np.stack([plain, times_x, times_y]), _SHAPE_COEFFICIENTS
         )

@@ -119,7 +119,7 @@ def _sheet_compliance(influence: InfluenceMatrices, lines: tuple[Array, Array]) 
 def _nodal_shares(line: Line, ends: Array) -> Array:
     """Nodal forces of a unit force uniform over each patch [-], (patches, nodes); Simpson's rule is exact here."""
     shares = np.zeros((len(ends) - 1, line.node_count))
-    patch = np.searchsorted(ends, (line.vertices[:-1] + line.vertices[1:]) / 2) - 1
+    patch = np.searchsorted(ends, line.middles) - 1
     for place, share in enumerate((1 / 6, 4 / 6, 1 / 6)):
         np.add.at(shares, (patch, 2 * np.arange(line.element_count) + place), share * line.sizes)
     return shares / np.diff(ends)[:, None]
