@@ -17,6 +17,7 @@ from shapely.geometry.polygon import orient
 
 from mjtactile._types import Array, Indices
 from mjtactile.errors import FootprintError, IndenterError
+from mjtactile.geometry.outlines import turned
 
 #: Limits of an area: west, south, east and north [m].
 Bounds = tuple[float, float, float, float]
@@ -189,9 +190,7 @@ def _corners(hull: Polygon) -> Array:
 
 def _rim(hull: Polygon, centre: Array, count: int) -> Array:
     """Points where rays at equal angles from `centre` leave a convex polygon, shape (count, 2) [m]."""
-    reach = 2.0 * hull.length
-    angles = 2.0 * np.pi * np.arange(count) / count
-    tips = centre + reach * np.column_stack([np.cos(angles), np.sin(angles)])
+    tips = centre + 2.0 * hull.length * turned(count)
     return np.array([LineString([centre, tip]).intersection(hull).coords[-1] for tip in tips])
 
 
