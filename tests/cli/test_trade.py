@@ -78,6 +78,11 @@ def test_a_table_that_comes_with_the_package_is_measured_from_there(tmp_path, mo
     assert found["errors"] == {case.name: 0.0}
 
 
+def test_slack_keeps_what_is_nearly_as_good():
+    rows = [row(1.0, 0.1), row(1.05, 0.11), row(1.3, 0.11), row(1.3, 0.2)]
+    assert [update_time(one) for one in front(rows, slack=0.1)] == [1.0, 1.05, 1.3]
+
+
 def test_a_sweep_has_every_choice_once_and_all_presets():
     fidelities = sweep(DESIGN)
     values = [stored_values(fidelity) for fidelity in fidelities]
