@@ -39,22 +39,30 @@ _AT_RIM = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Footprint:
-    """A covered area of one pad's surface; make it with `from_outline`, `from_gap` or `from_height`."""
+    """A covered area of one pad's surface; make it with `from_outline`, `from_gap` or `from_height`.
 
-    outline: Polygon | MultiPolygon  #: region where the body may touch, in the pad frame [m], clipped to the sheet
-    surface: SurfaceGrid  #: the pad's surface grid
-    #: Height of the body above the surface, along z [m]; None for a flat face on a flat pad.
+    Attributes:
+        outline: region where the body may touch, in the pad frame [m], clipped to the sheet.
+        surface: the pad's surface grid.
+        gap: height of the body above the surface, along z [m]; None for a flat face on a flat pad.
+        lowest: least height, that of the first contact point [m].
+        reach: parts further than this above the lowest point never touch [m].
+        bounded: whether contact is limited to the outline, which was given. Otherwise the outline was traced from the
+            gap function and is only approximate.
+        upright: on a curved pad, height z of the body's lower side in the pad frame [m], at its current position.
+        above: height of that position above the one of first contact, along z [m].
+        margin: how far beyond the sheet the body's heights count [m]; where the surface leans, the body may touch it
+            with a part that is beside the sheet as seen from above.
+    """
+
+    outline: Polygon | MultiPolygon
+    surface: SurfaceGrid
     gap: GapFunction | None = None
-    lowest: float = 0.0  #: least height, that of the first contact point [m]
-    reach: float = 0.0  #: parts further than this above the lowest point never touch [m]
-    #: Whether contact is limited to the outline, which was given. Otherwise the outline was traced from the gap
-    #: function and is only approximate.
+    lowest: float = 0.0
+    reach: float = 0.0
     bounded: bool = False
-    #: On a curved pad, height z of the body's lower side in the pad frame [m], at its current position.
     upright: GapFunction | None = None
-    above: float = 0.0  #: height of that position above the one of first contact, along z [m]
-    #: How far beyond the sheet the body's heights count [m]; where the surface leans, the body may touch it with a part
-    #: that is beside the sheet as seen from above.
+    above: float = 0.0
     margin: float = 0.0
 
     @classmethod

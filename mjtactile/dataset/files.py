@@ -246,11 +246,17 @@ _FILES = "presses-*.parquet"
 
 @dataclass(frozen=True, eq=False)
 class Dataset:
-    """Presses read from disk."""
+    """Presses read from disk.
 
-    readings: np.ndarray  #: (presses, *reading_shape) [Pa], float32
-    labels: dict[str, np.ndarray]  #: the other columns by name, (presses,) each, SI units; see docs/datasets.md
-    metadata: dict[str, Any]  #: pad, fingerprint and specification
+    Attributes:
+        readings: (presses, *reading_shape) [Pa], float32.
+        labels: the other columns by name, (presses,) each, SI units; see docs/datasets.md.
+        metadata: pad, fingerprint and specification.
+    """
+
+    readings: np.ndarray
+    labels: dict[str, np.ndarray]
+    metadata: dict[str, Any]
 
     @property
     def forces(self) -> Array:

@@ -33,13 +33,21 @@ ACTUATOR_SPREAD, DAMPING_SPREAD = 0.1, 0.2
 
 @dataclass(frozen=True)
 class Channel:
-    """One component of actions or observations; spaces and documentation are made from these."""
+    """One component of actions or observations; spaces and documentation are made from these.
 
-    name: str  #: name of the component
-    unit: str  #: unit of its value, "-" for none
-    low: float  #: least value; smaller ones are clipped
-    high: float  #: largest value; larger ones are clipped
-    meaning: str  #: description of the component; for an action, the meaning of -1 to 1
+    Attributes:
+        name: name of the component.
+        unit: unit of its value, "-" for none.
+        low: least value; smaller ones are clipped.
+        high: largest value; larger ones are clipped.
+        meaning: description of the component; for an action, the meaning of -1 to 1.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    meaning: str
 
 
 class Task(ABC):

@@ -23,14 +23,23 @@ HANDS = tuple(sorted(path.stem for path in _TABLES.glob("*.toml")))
 
 @dataclass(frozen=True, kw_only=True)
 class HandPad:
-    """A pad on a body of a hand."""
+    """A pad on a body of a hand.
 
-    name: str  #: name of the pad
-    shape: str  #: name of its shape in the hand's table
-    pad: Pad  #: the pad
-    body: str  #: name of the body
-    pos: tuple[float, float, float]  #: origin of the pad frame in the body's frame [m]
-    quat: tuple[float, float, float, float]  #: orientation of the pad frame in the body's frame (w, x, y, z)
+    Attributes:
+        name: name of the pad.
+        shape: name of its shape in the hand's table.
+        pad: the pad.
+        body: name of the body.
+        pos: origin of the pad frame in the body's frame [m].
+        quat: orientation of the pad frame in the body's frame (w, x, y, z).
+    """
+
+    name: str
+    shape: str
+    pad: Pad
+    body: str
+    pos: tuple[float, float, float]
+    quat: tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,19 +54,31 @@ class ExpectedGeom:
 
 @dataclass(frozen=True, kw_only=True)
 class Hand:
-    """A hand and its pads."""
+    """A hand and its pads.
 
-    name: str  #: argument of `attach_hand`
-    title: str  #: full name of the hand
-    model: str  #: the model's files and their publisher
-    source: str  #: how to get the model
-    hashes: Mapping[str, str]  #: SHA-256 of the files that the table was made for, by file name, if they were available
-    expects: tuple[ExpectedGeom, ...]  #: geoms that the model must have
-    tested: str  #: how the table was tested
-    contact: str  #: contact parameters of its pads by name, see `attach_pad`
-    #: Least and largest height of each shape's surface above the collision geoms under it [m].
+    Attributes:
+        name: argument of `attach_hand`.
+        title: full name of the hand.
+        model: the model's files and their publisher.
+        source: how to get the model.
+        hashes: SHA-256 of the files that the table was made for, by file name, if they were available.
+        expects: geoms that the model must have.
+        tested: how the table was tested.
+        contact: contact parameters of its pads by name, see `attach_pad`.
+        proud: least and largest height of each shape's surface above the collision geoms under it [m].
+        pads: its pads, in the order in which they are attached.
+    """
+
+    name: str
+    title: str
+    model: str
+    source: str
+    hashes: Mapping[str, str]
+    expects: tuple[ExpectedGeom, ...]
+    tested: str
+    contact: str
     proud: Mapping[str, tuple[float, float]]
-    pads: tuple[HandPad, ...]  #: its pads, in the order in which they are attached
+    pads: tuple[HandPad, ...]
 
     @property
     def taxels(self) -> int:

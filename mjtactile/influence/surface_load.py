@@ -36,17 +36,23 @@ class ContactState:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceLoad:
-    """Tractions on a pad's surface, as nodal forces."""
+    """Tractions on a pad's surface, as nodal forces.
 
-    forces: Array  #: on the surface grid's nodes [N], pad frame, shape (nodes y, nodes x, 3)
-    surface: SurfaceGrid  #: the grid
-    #: The part of the surface that carries pressure [m], or a function that returns it.
+    Attributes:
+        forces: on the surface grid's nodes [N], pad frame, shape (nodes y, nodes x, 3).
+        surface: the grid.
+        covered: the part of the surface that carries pressure [m], or a function that returns it.
+        residual_force: given force minus the force carried [N], pad frame, shape (3,); zero if all of it is carried.
+        residual_moment: given moment minus the moment carried [N m], about the pad's origin, shape (3,).
+        state: further results of the contact law.
+    """
+
+    forces: Array
+    surface: SurfaceGrid
     covered: Area | Callable[[], Area]
-    #: Given force minus the force carried [N], pad frame, shape (3,); zero if all of it is carried.
     residual_force: Array = field(default_factory=lambda: np.zeros(3))
-    #: Given moment minus the moment carried [N m], about the pad's origin, shape (3,).
     residual_moment: Array = field(default_factory=lambda: np.zeros(3))
-    state: ContactState = ContactState()  #: further results of the contact law
+    state: ContactState = ContactState()
 
     @cached_property
     def contact(self) -> Area:

@@ -22,14 +22,20 @@ _MOST_AXES = 5
 class Feature:
     """Description of a column.
 
+    Attributes:
+        dtype: "float32", "int64" or "bool".
+        shape: shape of one frame's entry; (1,) for a number.
+        names: names of the components of a vector, or of the axes of an array; None for none.
+        info: units and further information for readers, as plain values.
+
     Raises:
         DatasetError: the format does not support the type or shape.
     """
 
-    dtype: str = "float32"  #: "float32", "int64" or "bool"
-    shape: tuple[int, ...] = (1,)  #: shape of one frame's entry; (1,) for a number
-    names: list[str] | None = None  #: names of the components of a vector, or of the axes of an array; None for none
-    info: dict[str, Any] = field(default_factory=dict)  #: units and further information for readers, as plain values
+    dtype: str = "float32"
+    shape: tuple[int, ...] = (1,)
+    names: list[str] | None = None
+    info: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.dtype not in _KINDS:

@@ -39,19 +39,31 @@ class Note(ctypes.Structure):
 
 
 class Health(NamedTuple):
-    """Counts of problems in one pad's readings since it was made."""
+    """Counts of problems in one pad's readings since it was made.
 
-    readings: int  #: number of readings with contact
-    beyond_range: int  #: contacts whose strains are not small
-    not_carried: int  #: contacts whose wrench the sensing surface carries only in part
-    #: Contacts for which no solution of the law, or of its shear, was found; they have a simpler answer.
+    Attributes:
+        readings: number of readings with contact.
+        beyond_range: contacts whose strains are not small.
+        not_carried: contacts whose wrench the sensing surface carries only in part.
+        approximated: contacts for which no solution of the law, or of its shear, was found; they have a simpler answer.
+        refused: contacts that could not be solved.
+        resized: readings while the pad's geom had another size than the pad, which has to keep its size.
+        behind: contacts with the pad's back, which reads nothing.
+        slow: readings that took more than 1 ms.
+        very_slow: readings that took more than 5 ms.
+        slowest: longest reading [s].
+    """
+
+    readings: int
+    beyond_range: int
+    not_carried: int
     approximated: int
-    refused: int  #: contacts that could not be solved
-    resized: int  #: readings while the pad's geom had another size than the pad, which has to keep its size
-    behind: int  #: contacts with the pad's back, which reads nothing
-    slow: int  #: readings that took more than 1 ms
-    very_slow: int  #: readings that took more than 5 ms
-    slowest: float  #: longest reading [s]
+    refused: int
+    resized: int
+    behind: int
+    slow: int
+    very_slow: int
+    slowest: float
 
     @classmethod
     def of(cls, numbers: Any) -> Health:

@@ -30,14 +30,21 @@ _HOVER, _TILE_SHARE = 5e-5, 0.92
 
 @dataclass(frozen=True, kw_only=True)
 class Reading:
-    """Options of a pad's readings."""
+    """Options of a pad's readings.
 
-    influence: InfluenceMatrices  #: matrices of the pad
-    options: ContactOptions  #: how contacts are solved
-    #: Coefficient [-]. If None, shear has no bound, except under "coulomb", which uses MuJoCo's coefficient.
+    Attributes:
+        influence: matrices of the pad.
+        options: how contacts are solved.
+        friction: coefficient [-]. If None, shear has no bound, except under "coulomb", which uses MuJoCo's coefficient.
+        facing_gap: parts up to this height above a body's first contact point face the pad [m].
+        stress: whether full stress tensors are needed.
+    """
+
+    influence: InfluenceMatrices
+    options: ContactOptions
     friction: float | None = None
-    facing_gap: float = FACING_GAP  #: parts up to this height above a body's first contact point face the pad [m]
-    stress: bool = False  #: whether full stress tensors are needed
+    facing_gap: float = FACING_GAP
+    stress: bool = False
 
 
 def tiles_of(pad: Pad) -> tuple[Array, Indices]:

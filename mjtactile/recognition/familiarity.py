@@ -24,13 +24,18 @@ _CHUNK = 500
 
 @dataclass(frozen=True, eq=False)
 class Familiarity:
-    """How far readings are from what was taught, with the batch axes of the readings."""
+    """How far readings are from what was taught, with the batch axes of the readings.
 
-    #: To the nearest taught press, in standard deviations of the view's components, less what the readings' noise
-    #: accounts for, (...) [-].
+    Attributes:
+        distance: to the nearest taught press, in standard deviations of the view's components, less what the readings'
+            noise accounts for, (...) [-].
+        limit: distance from which readings count as unfamiliar [-].
+        false_alarms: share of presses like the taught ones that are farther than `limit` [-].
+    """
+
     distance: Array
-    limit: float  #: distance from which readings count as unfamiliar [-]
-    false_alarms: float  #: share of presses like the taught ones that are farther than `limit` [-]
+    limit: float
+    false_alarms: float
 
     @property
     def familiar(self) -> Mask:

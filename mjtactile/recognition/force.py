@@ -16,18 +16,26 @@ _HALF_TRUSTED = np.radians(3.0)
 
 @dataclass(frozen=True, eq=False)
 class ForceResult:
-    """Force and position of a contact in the pad frame, with the batch axes of the readings."""
+    """Force and position of a contact in the pad frame, with the batch axes of the readings.
 
-    force: Array  #: on the pad [N], (..., 3); pressing is -z
-    position: Array  #: point (x, y) where the force's line of action meets the surface [m], (..., 2)
-    #: From 0 to 1, (...) [-]; one half if the direction's standard deviation is 3 degrees. It holds for familiar
-    #: readings only.
+    Attributes:
+        force: on the pad [N], (..., 3); pressing is -z.
+        position: point (x, y) where the force's line of action meets the surface [m], (..., 2).
+        confidence: from 0 to 1, (...) [-]; one half if the direction's standard deviation is 3 degrees. It holds for
+            familiar readings only.
+        direction_deviation: standard deviation of the direction [rad], (...).
+        magnitude_deviation: standard deviation of the magnitude [N], (...).
+        position_deviation: standard deviation of the position [m], (...).
+        familiarity: whether the readings look like presses of the training data, and how far they are from them; None
+            if the weights do not say: they have no module "familiarity".
+    """
+
+    force: Array
+    position: Array
     confidence: Array
-    direction_deviation: Array  #: standard deviation of the direction [rad], (...)
-    magnitude_deviation: Array  #: standard deviation of the magnitude [N], (...)
-    position_deviation: Array  #: standard deviation of the position [m], (...)
-    #: Whether the readings look like presses of the training data, and how far they are from them; None if the weights
-    #: do not say: they have no module "familiarity".
+    direction_deviation: Array
+    magnitude_deviation: Array
+    position_deviation: Array
     familiarity: Familiarity | None = None
 
     @property

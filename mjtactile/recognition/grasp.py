@@ -20,15 +20,23 @@ GRASP_OUTPUTS = 6
 
 @dataclass(frozen=True, eq=False)
 class GraspResult:
-    """Load on a pad in the pad frame, with the batch axes of the readings."""
+    """Load on a pad in the pad frame, with the batch axes of the readings.
 
-    force: Array  #: on the pad [N], (..., 3); pressing is -z
-    centre: Array  #: centre of pressure (x, y) [m], (..., 2)
-    twist: Array  #: torsional moment, about the pad's normal through the centre of pressure [N m], (...)
-    force_deviation: Array  #: standard deviation of the ratio of tangential to pressing force [-], (...)
-    magnitude_deviation: Array  #: relative standard deviation of the pressing force [-], (...)
-    #: Whether the readings look like those of faces that cover the pad, and how far they are from them; None if the
-    #: weights do not say: they have no module "familiarity".
+    Attributes:
+        force: on the pad [N], (..., 3); pressing is -z.
+        centre: centre of pressure (x, y) [m], (..., 2).
+        twist: torsional moment, about the pad's normal through the centre of pressure [N m], (...).
+        force_deviation: standard deviation of the ratio of tangential to pressing force [-], (...).
+        magnitude_deviation: relative standard deviation of the pressing force [-], (...).
+        familiarity: whether the readings look like those of faces that cover the pad, and how far they are from them;
+            None if the weights do not say: they have no module "familiarity".
+    """
+
+    force: Array
+    centre: Array
+    twist: Array
+    force_deviation: Array
+    magnitude_deviation: Array
     familiarity: Familiarity | None = None
 
     @property

@@ -23,26 +23,33 @@ from mjtactile.recognition.weight_files import Stored
 
 @dataclass(frozen=True, eq=False)
 class ShapeResult:
-    """Shape and pose of a body in the pad frame, with the batch axes of the readings."""
+    """Shape and pose of a body in the pad frame, with the batch axes of the readings.
 
-    shape: np.ndarray  #: name of the recognised shape, a str array (...)
-    #: Probability of that shape among `shapes` [-], (...). It compares these with each other, and holds for familiar
-    #: readings only.
+    Attributes:
+        shape: name of the recognised shape, a str array (...).
+        confidence: probability of that shape among `shapes` [-], (...). It compares these with each other, and
+            holds for familiar readings only.
+        probabilities: probability of every shape [-], (..., shapes), in the order of `shapes`.
+        shapes: names of the candidate shapes.
+        position: position (x, y) of the shape's origin [m], (..., 2); of a shape that was added, about the middle of
+            its face.
+        size: size relative to the shape's own, 1 for the 10 mm punches of Aoyagi 2008, (...) [-]; NaN for a sphere.
+        rotation: counter-clockwise, from 0 to a full turn divided by the order of the shape's symmetry, (...) [rad];
+            NaN for round shapes and for meshes that were added.
+        modules: files of the modules that were used, by name: "position", "size", "orientation" and "shape NAME" for
+            every candidate; `recognition.modules()` has more on each.
+        familiarity: whether the readings look like presses of the training data, and how far they are from them; None
+            if the weights do not say: they have no module "familiarity".
+    """
+
+    shape: np.ndarray
     confidence: Array
-    probabilities: Array  #: probability of every shape [-], (..., shapes), in the order of `shapes`
-    shapes: tuple[str, ...]  #: names of the candidate shapes
-    #: Position (x, y) of the shape's origin [m], (..., 2); of a shape that was added, about the middle of its face.
+    probabilities: Array
+    shapes: tuple[str, ...]
     position: Array
-    #: Size relative to the shape's own, 1 for the 10 mm punches of Aoyagi 2008, (...) [-]; NaN for a sphere.
     size: Array
-    #: Counter-clockwise, from 0 to a full turn divided by the order of the shape's symmetry, (...) [rad]; NaN for round
-    #: shapes and for meshes that were added.
     rotation: Array
-    #: Files of the modules that were used, by name: "position", "size", "orientation" and "shape NAME" for every
-    #: candidate; `recognition.modules()` has more on each.
     modules: dict[str, str]
-    #: Whether the readings look like presses of the training data, and how far they are from them; None if the weights
-    #: do not say: they have no module "familiarity".
     familiarity: Familiarity | None = None
 
 
@@ -96,12 +103,19 @@ class ModuleStack:
 
 @dataclass(frozen=True, eq=False)
 class ShapeRecogniser:
-    """Recognises shape, position, size and rotation of a body; `recognition.load("shape")` makes one."""
+    """Recognises shape, position, size and rotation of a body; `recognition.load("shape")` makes one.
 
-    view: PrincipalComponents  #: principal components for the features
-    poses: tuple[PoseModule, PoseModule, PoseModule]  #: modules for position, size and orientation, in this order
-    modules: tuple[ShapeModule, ...]  #: one module for each shape
-    taught: TaughtPresses | None = None  #: presses with which readings are compared; None if the weights have none
+    Attributes:
+        view: principal components for the features.
+        poses: modules for position, size and orientation, in this order.
+        modules: one module for each shape.
+        taught: presses with which readings are compared; None if the weights have none.
+    """
+
+    view: PrincipalComponents
+    poses: tuple[PoseModule, PoseModule, PoseModule]
+    modules: tuple[ShapeModule, ...]
+    taught: TaughtPresses | None = None
 
     @cached_property
     def _stack(self) -> ModuleStack:

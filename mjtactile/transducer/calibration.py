@@ -30,12 +30,18 @@ class Calibration:
     """Gains and offsets of one array: `calibration(readings)` corrects what the array reports.
 
     Arrays have the shape of one set of readings: (layers, rows, columns), or (taxels,) for free taxels.
+
+    Attributes:
+        element: the nominal one, whose curve the array's readings were decoded with.
+        offsets: signals at rest [V].
+        gains: over the nominal gain [-].
+        dead: bool, True for taxels that always report rest.
     """
 
-    element: Element  #: the nominal one, whose curve the array's readings were decoded with
-    offsets: Array  #: signals at rest [V]
-    gains: Array  #: over the nominal gain [-]
-    dead: Mask  #: bool, True for taxels that always report rest
+    element: Element
+    offsets: Array
+    gains: Array
+    dead: Mask
 
     def __call__(self, readings: npt.ArrayLike) -> Array:
         """Readings as an array without spread would report them [Pa], same shape; dead taxels read zero.
