@@ -49,7 +49,6 @@ if TYPE_CHECKING:
     )
     from mjtactile.fidelity import MESHES, PRESETS, Fidelity, MeshDensity
     from mjtactile.geometry.indenter import (
-        INDENTER_NAMES,
         Indenter,
         box,
         convex_pieces,
@@ -60,6 +59,7 @@ if TYPE_CHECKING:
         punch,
         sphere,
     )
+    from mjtactile.geometry.outlines import INDENTER_NAMES
     from mjtactile.influence.cache import influence_matrices
     from mjtactile.influence.matrices import InfluenceMatrices, load_influence
     from mjtactile.influence.surface_load import ContactState, SurfaceLoad
@@ -154,8 +154,8 @@ _MODULE_OF = {
         "contact.contact_load": ("contact_load", "contact_loads"),
         "errors": tuple(name for name in __all__ if name.endswith(("Error", "Warning"))),
         "contact.footprint": ("Footprint",),
+        "geometry.outlines": ("INDENTER_NAMES",),
         "geometry.indenter": (
-            "INDENTER_NAMES",
             "Indenter",
             "box",
             "convex_pieces",

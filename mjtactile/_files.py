@@ -156,10 +156,7 @@ def check_figure(path: Path | None) -> None:
 
 
 def check_apart(paths: Mapping[str, Path | None]) -> None:
-    """Refuse two outputs to the same file, since one would overwrite the other.
-
-    Args:
-        paths: paths by the name of the command-line option; entries that are None are ignored.
+    """Refuse two outputs, by their options, to the same file, since one would overwrite the other; None is no file.
 
     Raises:
         OutputError: two are the same.
@@ -190,12 +187,7 @@ def figure_kind(path: Path) -> str:
 
 
 def save_figure(path: Path, figure: Any, dpi: int) -> None:
-    """Write a matplotlib figure; the file appears complete or not at all.
-
-    Args:
-        path: of the file; its extension gives the image format.
-        figure: a matplotlib Figure.
-        dpi: resolution [dots per inch].
+    """Write a matplotlib figure in the format of the file name's extension; the file appears complete or not at all.
 
     Raises:
         OutputError: the file name's extension is not one of `FIGURE_KINDS`, or the file cannot be written.
@@ -231,13 +223,11 @@ def write_atomically(path: Path, write: Callable[[Any], None], *, prefix: str = 
 
 @contextmanager
 def replacing(target: Path, prefix: str) -> Iterator[IO[bytes]]:
-    """Yield a temporary binary file; it replaces `target` when the block ends, and is removed if the block fails.
+    """Yield a temporary binary file in the folder of `target`, named `prefix` and more.
+
+    It replaces `target`, a regular file that need not exist, when the block ends, and is removed if the block fails.
 
     An existing file keeps its permissions.
-
-    Args:
-        target: path of a regular file, which need not exist.
-        prefix: beginning of the temporary file's name; the file lies in the folder of `target`.
 
     Raises:
         OSError: when it cannot be written.
@@ -315,11 +305,7 @@ _DIGEST_BYTES = 8
 
 
 def checksum(array: npt.NDArray[Any]) -> str:
-    """Checksum of an array's bytes in C order, 16 hexadecimal digits; dtype and shape do not enter.
-
-    Args:
-        array: of any dtype and shape; one that is not contiguous is copied.
-    """
+    """Checksum of any array's bytes in C order, 16 hexadecimal digits; dtype and shape do not enter."""
     content = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
     whole = len(content) // (_WORD * _ROW)
     rows = content[: whole * _WORD * _ROW].view(np.uint64).reshape(whole, _ROW)
@@ -335,12 +321,7 @@ def checksum(array: npt.NDArray[Any]) -> str:
 
 
 def with_checksums(arrays: Tables, said: str) -> dict[str, str]:
-    """Metadata of a safetensors header with checksums.
-
-    Args:
-        arrays: the file's arrays by name.
-        said: text that describes them, stored as the entry `METADATA`.
-    """
+    """Metadata of a safetensors header: the text `said` about arrays as entry `METADATA`, and their checksums."""
     about = {METADATA: said, CHECKSUMS: json.dumps({name: checksum(array) for name, array in arrays.items()})}
     return about | {HEADER: _header_checksum(arrays, about)}
 

@@ -44,19 +44,12 @@ EXTRAS = {
 
 
 def page_address(page: str) -> str:
-    """Address of a page of the docs site.
-
-    Args:
-        page: its file in docs/, such as "contact.md".
-    """
+    """Address of a page of the docs site, by the page's file in docs/, such as "contact.md"."""
     return f"{DOCUMENTATION}{page.removesuffix('.md')}.html"
 
 
 def require(name: str) -> None:
-    """Check that the packages of an extra are installed; call it before importing them.
-
-    Args:
-        name: of the extra, a key of `EXTRAS`.
+    """Check that the packages of an extra, a key of `EXTRAS`, are installed; call it before importing them.
 
     Raises:
         MissingExtraError: a package is missing; the message gives the command that installs the extra.

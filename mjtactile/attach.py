@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array
-from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
+from mjtactile.contact.options import TILTS, contact_options
+from mjtactile.contact.tangentials import TANGENTIALS
 from mjtactile.errors import ContactError, PresetError, SceneError, of_type, shortened
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
 from mjtactile.influence.matrices import read_influence
@@ -220,13 +221,7 @@ def pad_table(pad: Pad | str | Path | None) -> tuple[str, Pad]:
 
 
 def add_pad_sensor(spec: mujoco.MjSpec, name: str, config: dict[str, str]) -> None:
-    """Add a sensor of the plugin to a model that already has the geom `<name>_pad`.
-
-    Args:
-        spec: model specification.
-        name: name of the sensor.
-        config: attributes of the plugin by name, see docs/plugin.md.
-    """
+    """Add a sensor of the plugin, with attributes as in docs/plugin.md, to a model that has the geom `<name>_pad`."""
     spec.activate_plugin(PLUGIN)
     instance = spec.add_plugin(name=f"{name}_plugin", plugin_name=PLUGIN, active=True)
     instance.config = config

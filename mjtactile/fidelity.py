@@ -57,7 +57,6 @@ class MeshDensity:
     reference_length: float | None = None  #: length that sizes are relative to [m]; None: as described above
 
     def __post_init__(self) -> None:
-        """Refuse densities that make no mesh."""
         for name in ("in_plane_size", "through_size", "rim_grading", "base_grading", "reference_length"):
             value = getattr(self, name)
             if value is None and name == "reference_length":
@@ -154,7 +153,6 @@ class Fidelity:
     cells: int = 400  #: wanted number of contact cells; law "uniform" has none
 
     def __post_init__(self) -> None:
-        """Refuse what does not exist."""
         mesh_density(self.mesh)
         object.__setattr__(self, "precision", _by_layer("precision", self.precision, PRECISIONS))
         if isinstance(self.precision, tuple) and "float64" in self.precision:
@@ -218,11 +216,7 @@ def _at_layer(choice: str | tuple[str, ...], sensing_layer: int) -> str:
 
 
 def _by_layer(name: str, choice: str | Sequence[str], known: tuple[str, ...]) -> str | tuple[str, ...]:
-    """A choice by sensing layer with as few entries as possible, so that equal choices are equal values.
-
-    Raises:
-        PresetError: there is none, or one does not exist.
-    """
+    """A choice by sensing layer with as few entries as possible, so that equal choices are equal values."""
     by_layer = list(_entries(choice))
     for one in by_layer or [None]:
         if not (isinstance(one, str) and one in known):

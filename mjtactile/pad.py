@@ -88,7 +88,6 @@ class Layer:
     poisson: float  #: Poisson ratio [-], in [0, 0.5)
 
     def __post_init__(self) -> None:
-        """Normalise number types and refuse values no elastic layer has."""
         for name, unit in (("thickness", " in metres"), ("young", " in pascals"), ("poisson", "")):
             object.__setattr__(self, name, _number(name, getattr(self, name), unit))
         _require(
@@ -131,7 +130,6 @@ class TaxelGrid:
     centre: tuple[float, float] = (0.0, 0.0)  #: middle of the grid in the pad frame (x, y) [m]
 
     def __post_init__(self) -> None:
-        """Normalise number types and refuse empty grids."""
         object.__setattr__(self, "pitch", _pair("pitch", self.pitch))
         object.__setattr__(self, "centre", _pair("centre", self.centre))
         for name in ("rows", "columns"):
@@ -198,7 +196,6 @@ class Pad:
     surface: Surface = FLAT  #: the outer surface over the rectangle
 
     def __post_init__(self) -> None:
-        """Normalise number types and refuse pads that cannot exist."""
         object.__setattr__(self, "size", _pair("size", self.size))
         object.__setattr__(self, "layers", _tuple_of_layers(self.layers))
         object.__setattr__(self, "taxels", as_taxels(self.taxels))
@@ -504,12 +501,7 @@ def require_pad(pad: object) -> Pad:
 
 
 def require_flat(pad: Pad, door: str, cure: str) -> None:
-    """Refuse a curved pad where only flat pads are supported.
-
-    Args:
-        pad: the pad to check.
-        door: name of the caller, for the error message.
-        cure: what to do instead, for the error message.
+    """Refuse a curved pad where only flat pads are supported; `door` is the caller's name, `cure` what to do instead.
 
     Raises:
         PadError: when the pad's surface is curved.

@@ -83,11 +83,7 @@ def pad_from_file(path: str | Path) -> Pad:
 
 
 def pad_from_values(values: dict[str, Any], folder: Path) -> Pad:
-    """A pad from the values of a TOML file, see `pad_from_file`.
-
-    Args:
-        values: entries of the TOML file.
-        folder: names of files are relative to this folder.
+    """A pad from the values of a TOML file, see `pad_from_file`; names of files are relative to `folder`.
 
     Raises:
         PadError: a value is unknown, or `Pad` refuses the values.

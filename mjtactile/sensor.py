@@ -7,8 +7,9 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.contact.footprint import FACING_GAP
-from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
+from mjtactile.contact.options import TILTS, contact_options
 from mjtactile.contact.press import Rim
+from mjtactile.contact.tangentials import TANGENTIALS
 from mjtactile.errors import SceneError, of_type
 from mjtactile.fidelity import DEFAULT, Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices

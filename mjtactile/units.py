@@ -46,9 +46,6 @@ def real_numbers(values: object) -> npt.NDArray[Any] | None:
 
     NumPy converts text to numbers silently, and drops imaginary parts with a mere warning. Here both are refused.
 
-    Args:
-        values: an array, or what NumPy makes one of.
-
     Returns:
         The array, of the values' own type if that is a real one, and not copied then; None for everything else, such as
         text, complex numbers or rows of different lengths.
@@ -76,15 +73,16 @@ def parse_force(text: str) -> float:
     Raises:
         UnitError: the unit is missing or unknown, or the force is not at least `LEAST_FORCE`.
     """
-    match = re.fullmatch(r"\s*([-+]?[0-9.]+(?:e[-+]?[0-9]+)?)\s*([a-z]*)\s*", text, flags=re.IGNORECASE)
+    number = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?"
+    match = re.fullmatch(rf"\s*({number})\s*([a-z]*)\s*", text, flags=re.IGNORECASE)
     unit = match.group(2) if match else ""
     # Any case will do, but a capital M is mega, not milli.
     unit = unit if unit.startswith("M") else unit.lower()
-    value = _number(match.group(1)) if match else None
-    if value is None or unit not in _FORCE_UNITS:
+    if match is None or unit not in _FORCE_UNITS:
         raise UnitError(
             f"force {text!r} is not a number with unit gf, N or mN; expected for example 100gf, 0.98N or 980mN."
         )
+    value = float(match.group(1))
     if not (math.isfinite(value) and value > 0.0):
         raise UnitError(f"force {text!r} does not press; expected a positive force. Its direction is set by --tilt.")
     force = value * _FORCE_UNITS[unit]
@@ -94,24 +92,15 @@ def parse_force(text: str) -> float:
 
 
 def parse_millimetres(name: str, text: str) -> tuple[float, float]:
-    """Two lengths [m] from text such as "1.25,0" in millimetres.
-
-    Args:
-        name: of the command-line option, for the error message.
-        text: the two lengths, separated by a comma.
+    """Two lengths [m] from text such as "1.25,0" in millimetres; `name` is that of the option, for the error message.
 
     Raises:
         UnitError: the text is not two finite numbers.
     """
-    values = [_number(part) for part in text.split(",")]
-    if len(values) != 2 or any(v is None or not math.isfinite(v) for v in values):
-        raise UnitError(f"{name} {text!r} is not two numbers; expected x,y in millimetres, for example 1.25,0.")
-    x, y = (float(v) * MILLIMETRE for v in values if v is not None)
-    return x, y
-
-
-def _number(text: str) -> float | None:
     try:
-        return float(text)
+        x, y = map(float, text.split(","))
     except ValueError:
-        return None
+        x = y = math.nan
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise UnitError(f"{name} {text!r} is not two numbers; expected x,y in millimetres, for example 1.25,0.")
+    return x * MILLIMETRE, y * MILLIMETRE

@@ -50,7 +50,6 @@ class Workers:
     ray_address: str | None = None  #: of a Ray cluster, such as "10.0.0.1:6379" or "auto"; None starts one here
 
     def __post_init__(self) -> None:
-        """Refuse what makes no sense."""
         # Each worker is a process of some hundred megabytes on this machine, unless it belongs to a remote cluster.
         most = max(_MOST_WORKERS, _MOST_PER_PROCESSOR * (os.cpu_count() or 1))
         if not (is_whole(self.count) and self.count >= 1):
@@ -153,11 +152,7 @@ class _Job(Generic[Task, Result]):
 
 
 def process_pool(count: int) -> ProcessPoolExecutor:
-    """A pool of new processes, which end with this one, even if it is killed.
-
-    Args:
-        count: number of processes.
-    """
+    """A pool of `count` new processes, which end with this one, even if it is killed."""
     # Spawned, not forked: this process may have threads.
     return ProcessPoolExecutor(
         count, mp_context=multiprocessing.get_context("spawn"), initializer=end_with_parent_process

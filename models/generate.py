@@ -5,7 +5,8 @@ from pathlib import Path
 from mjtactile.experiments.grasp.scene import GraspObject, grasp_mjcf
 from mjtactile.experiments.hands.gripper import GRIPPER
 from mjtactile.experiments.hands.hand import HAND
-from mjtactile.geometry.indenter import INDENTER_NAMES, box, cylinder, punch, sphere
+from mjtactile.geometry.indenter import box, cylinder, punch, sphere
+from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.sim.mjcf import indenter_mjcf, pad_mjcf, press_mjcf
 
 ROOT = Path(__file__).resolve().parent.parent

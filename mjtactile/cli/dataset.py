@@ -139,15 +139,7 @@ def record(
 
 
 def _check_environment(name: str, options: dict[str, object]) -> None:
-    """Refuse what is no environment, and options of lift.
-
-    Args:
-        name: of the environment.
-        options: values of lift's options by their names, None where they were not given.
-
-    Raises:
-        BadParameter: there is no such environment, or an option was given.
-    """
+    """Refuse what is no environment, and options of lift, by name, that are not None."""
     from mjtactile.envs.registration import ENTRY_POINTS
 
     if name not in ENTRY_POINTS:

@@ -72,11 +72,7 @@ def evaluate(
 
 
 def tables(result: dict[str, Any]) -> str:
-    """All tables of one sensor with their titles, as Markdown.
-
-    Args:
-        result: result of `recognition.evaluation.recognisers.evaluate`.
-    """
+    """All tables of one sensor's result of `recognisers.evaluate` with their titles, as Markdown."""
     parts = (
         f"Seed {result['seed']}, preset {result['preset']}, law {result['law']}, "
         f"{result['presses']} presses in MuJoCo.\nPad: a {result['pad']}.",
@@ -101,11 +97,7 @@ def tables(result: dict[str, Any]) -> str:
 
 
 def side_by_side(results: list[dict[str, Any]]) -> str:
-    """Table of every quantity with its bound, with a column for each sensor, as Markdown.
-
-    Args:
-        results: a result of `recognition.evaluation.recognisers.evaluate` for each sensor.
-    """
+    """Table of every quantity with its bound, with a column for each sensor's result of `evaluate`, as Markdown."""
     head = ("figure", "unit", "bound", *(f"{result['preset']}, {result['law']}" for result in results))
     rows = [
         (*names, *(" / ".join(text(result[part][layers]) for layers in ("all", "top")) for result in results))

@@ -117,11 +117,7 @@ def _film(settings: LoopSettings, open_things: ExitStack) -> LoopVideo | None:
 
 
 def _viewer(open_things: ExitStack) -> Callable[[Loop], None]:
-    """A function that shows the scene in a window, in real time at most.
-
-    Raises:
-        RenderError: there is no display.
-    """
+    """A function that shows the scene in a window, in real time at most; without a display there is a RenderError."""
     import time
     import warnings
 

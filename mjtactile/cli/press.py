@@ -19,7 +19,8 @@ from mjtactile.cli.options import json_text
 from mjtactile.contact.options import contact_options
 from mjtactile.errors import IndenterError, MjTactileError, SceneError
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
-from mjtactile.geometry.indenter import INDENTER_NAMES, Indenter, body_name, box, cylinder, mesh_indenter, punch, sphere
+from mjtactile.geometry.indenter import Indenter, body_name, box, cylinder, mesh_indenter, punch, sphere
+from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad

@@ -82,11 +82,7 @@ def preview(
 
 
 def _compiled(path: Path) -> mujoco.MjModel:
-    """The compiled model of a file.
-
-    Raises:
-        SceneError: there is no such file, or it does not compile.
-    """
+    """The compiled model of a file."""
     from mjtactile.errors import SceneError
     from mjtactile.plugin.registration import ensure_registered
 

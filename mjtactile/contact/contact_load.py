@@ -89,16 +89,7 @@ def contact_load(
 def solved_loads(
     influence: InfluenceMatrices, footprints: Sequence[Footprint], wrenches: Sequence[Wrench], options: ContactOptions
 ) -> list[SurfaceLoad]:
-    """Loads of bodies that press on one pad at once.
-
-    Args:
-        influence: of the pad.
-        footprints: of the bodies.
-        wrenches: of the bodies, in the same order.
-        options: how the contacts are solved.
-
-    Returns:
-        One load for each body, in the same order; an empty load for a wrench that does not press.
+    """Loads of bodies that press on one pad at once, in their order; an empty load for a wrench that does not press.
 
     Raises:
         ContactError: no contact was found.
@@ -140,17 +131,9 @@ def _warn(text: str) -> None:
 def reported(
     influence: InfluenceMatrices, footprint: Footprint, load: SurfaceLoad, wrench: Wrench, options: ContactOptions
 ) -> SurfaceLoad:
-    """Return a load after warnings about a wrench that it does not carry and about large strains.
+    """A load after warnings about a wrench that it does not carry and about large strains.
 
-    Args:
-        influence: of the pad.
-        footprint: of the body.
-        load: that was found for the wrench.
-        wrench: that the load should carry.
-        options: how the contact was solved.
-
-    Returns:
-        The load. If the moments about x and y are results, they are not part of its residual.
+    If the moments about x and y are results, they are not part of its residual.
 
     Warns:
         ContactWarning: the load does not carry the wrench, or strains are not small.

@@ -77,13 +77,7 @@ def give_shear(pad: CorePad, influence: InfluenceMatrices) -> None:
 
 
 def give_springs(pad: CorePad, areas: Array, stiffnesses: Array) -> None:
-    """Add the springs of law "foundation", see `foundation_springs`.
-
-    Args:
-        pad: the core's pad; later calls for the same pad have no effect.
-        areas: logarithms of contact areas [m^2], ascending.
-        stiffnesses: logarithms of the stiffness per area under each [Pa/m].
-    """
+    """Add the springs of law "foundation", as `foundation_springs` gives them; later calls for a pad have no effect."""
 
     def hand_over() -> None:
         of_areas, of_stiffnesses = contiguous(areas), contiguous(stiffnesses)

@@ -252,13 +252,8 @@ def _grid(surface: SurfaceGrid) -> SurfaceGrid:
 
 def _reach(surface: SurfaceGrid) -> float:
     """Height above the first contact point beyond which there is no contact [m], along z."""
-    steepest = 1.0 if surface.outer.is_flat else float(np.max(surface.outer.stretch(*_corners(surface))))
-    return REACH * surface.thickness * steepest
-
-
-def _corners(surface: SurfaceGrid) -> tuple[Array, Array]:
-    x, y = np.meshgrid(surface.x.vertices[[0, -1]], surface.y.vertices[[0, -1]])
-    return x.ravel(), y.ravel()
+    corners = np.meshgrid(surface.x.vertices[[0, -1]], surface.y.vertices[[0, -1]])
+    return REACH * surface.thickness * float(np.max(surface.outer.stretch(*corners)))
 
 
 # What follows are functions and classes of the module, not functions in functions: footprints can then be pickled.
@@ -300,15 +295,11 @@ def _checked(name: str, gap: GapFunction) -> Callable[[Array, Array], Array]:
 
 @dataclass(frozen=True)
 class _Checked:
-    """A gap function with checks of the heights that it returns.
+    """A gap function with checks of the heights that it returns."""
 
-    Attributes:
-        gap: the function.
-        sheet: if given, NaN outside of this rectangle [m] stands for no body, and warns of nothing: the function may be
-            written for the sheet alone.
-    """
-
-    gap: GapFunction
+    gap: GapFunction  #: the function
+    #: If given, NaN outside of this rectangle [m] stands for no body, and warns of nothing: the function may be written
+    #: for the sheet alone.
     sheet: Bounds | None = None
 
     def __call__(self, x: Array, y: Array) -> Array:

@@ -13,14 +13,11 @@ from mjtactile.contact.laws import BY_NAME, ContactLaw
 from mjtactile.contact.tangentials import TANGENTIAL_CHOICES, TANGENTIALS, TangentialChoice
 from mjtactile.errors import ContactError, MjTactileError, of_type, shortened
 from mjtactile.fem.surface_grid import SurfaceGrid
-from mjtactile.fidelity import CONTACT_LAWS as LAWS
-from mjtactile.fidelity import Fidelity
+from mjtactile.fidelity import CONTACT_LAWS, Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad
 from mjtactile.pad_shape.core_surface import core_surface
 from mjtactile.units import finite_number, is_whole, real_numbers
-
-__all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactOptions", "Wrench", "contact_options", "vector", "wanted_wrench"]
 
 _UP = np.array([0.0, 0.0, 1.0])
 _UP.setflags(write=False)
@@ -86,21 +83,15 @@ class ContactOptions:
 
 @dataclass(frozen=True, eq=False)
 class Wrench:
-    """A force and its moment about the pad's origin, pad frame.
+    """A force and its moment about the pad's origin, pad frame."""
 
-    Attributes:
-        force: [N], shape (3,).
-        moment: about the origin [N m], shape (3,).
-        moment_given: False if the force acts at the footprint's centroid because no moment was given.
-        place: point of a curved surface at which the force presses, or nearest to it if its line of action passes
-            beside the surface [m], shape (3,); None on a flat surface, or if no such point was found.
-        leaning: unit normal of a curved surface there, out of the pad, shape (3,); None on a flat one.
-    """
-
-    force: Array
-    moment: Array
-    moment_given: bool = True
+    force: Array  #: [N], shape (3,)
+    moment: Array  #: about the origin [N m], shape (3,)
+    moment_given: bool = True  #: False if the force acts at the footprint's centroid because no moment was given
+    #: Point of a curved surface at which the force presses, or nearest to it if its line of action passes beside the
+    #: surface [m], shape (3,); None on a flat surface, or if no such point was found.
     place: Array | None = None
+    #: Unit normal of a curved surface there, out of the pad, shape (3,); None on a flat one.
     leaning: Array | None = None
 
     @property
@@ -166,7 +157,7 @@ def contact_options(
     law = fidelity.law if law is None else law
     cells = fidelity.cells if cells is None else cells
     for kind, name, known in (
-        ("contact law", law, LAWS),
+        ("contact law", law, CONTACT_LAWS),
         ("tangential", tangential, TANGENTIALS),
         ("tilt", tilt, TILTS),
     ):
@@ -217,11 +208,6 @@ def _on_surface(surface: SurfaceGrid, wrench: Wrench) -> Wrench:
 
 def vector(name: str, value: npt.ArrayLike, error: type[MjTactileError] = ContactError) -> Array:
     """A force or a moment, checked and copied, so that results do not change with the caller's array.
-
-    Args:
-        name: of the argument.
-        value: the argument.
-        error: what to raise.
 
     Raises:
         MjTactileError: `error`, if it is not three finite numbers.

@@ -48,16 +48,12 @@ class Told(ctypes.Structure):
 
 
 class Solved(NamedTuple):
-    """The core's result for one body.
+    """The core's result for one body."""
 
-    Attributes:
-        load: its tractions.
-        approximated: whether the law's solution was not found, so that the cells nearest to the body bear the force.
-        simplified: whether no solution with the requested shear was found, so that a simpler tangential choice is used.
-    """
-
-    load: SurfaceLoad
+    load: SurfaceLoad  #: its tractions
+    #: Whether the law's solution was not found, so that the cells nearest to the body bear the force.
     approximated: bool
+    #: Whether no solution with the requested shear was found, so that a simpler tangential choice is used.
     simplified: bool
 
 
@@ -67,16 +63,11 @@ def _doubles(values: list[float]) -> ctypes.Array[ctypes.c_double]:
 
 
 class _CoreFootprint:
-    """A footprint in the compiled core.
-
-    Attributes:
-        handle: pointer to the core's object, an argument of the core's functions.
-        error: exception of a gap function, if any.
-    """
+    """A footprint in the compiled core."""
 
     def __init__(self, handle: int) -> None:
-        self.handle = handle
-        self.error: BaseException | None = None
+        self.handle = handle  #: pointer to the core's object, an argument of the core's functions
+        self.error: BaseException | None = None  #: exception of a gap function, if any
         self._free = library().mjt_footprint_free
 
     def __del__(self) -> None:
@@ -161,10 +152,6 @@ class Press:
     def loads(self, footprints: Sequence[Footprint], wrenches: Sequence[Wrench]) -> list[Solved]:
         """Loads of bodies that press at the same time.
 
-        Args:
-            footprints: of the bodies.
-            wrenches: one for each body.
-
         Raises:
             ContactError: no part of a pressing body can touch the pad, or a footprint was made for another surface.
             Exception: any exception of a gap function.
@@ -234,8 +221,7 @@ class Press:
 class Rim:
     """Outline of the area under pressure, computed from its edges at the first call.
 
-    Args:
-        ends: of the edges, with the area on their left, (edges, 2 ends, 2) [m].
+    The edges have the area on their left, (edges, 2 ends, 2) [m].
     """
 
     def __init__(self, ends: Array) -> None:

@@ -15,13 +15,7 @@ from mjtactile.influence.matrices import InfluenceMatrices
 
 
 def ready_pad(influence: InfluenceMatrices, options: ContactOptions, *, stress: bool = False) -> CorePad:
-    """The core's pad with the data for the given options; see `contact_pad`.
-
-    Args:
-        influence: of the pad.
-        options: how contacts are solved.
-        stress: whether full stress tensors are needed.
-    """
+    """The core's pad with the data for the given options and, if `stress`, for stress tensors; see `contact_pad`."""
     pad = contact_pad(influence, stress=stress)
     if options.contact_law.springs:
         give_springs(pad, *foundation_springs(influence))

@@ -2,45 +2,28 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from dataclasses import dataclass
 
 
+@dataclass(frozen=True)
 class TangentialChoice:
-    """How shear is distributed over the area under pressure.
+    """How shear is distributed over the area under pressure."""
 
-    Attributes:
-        name: name of the choice.
-        couples: whether it needs the tangential compliance of the surface.
-        slips: whether cells slip at the limit of friction, so that a coefficient is needed.
-    """
-
-    name: ClassVar[str]
-    couples: ClassVar[bool] = True
-    slips: ClassVar[bool] = False
+    name: str  #: name of the choice
+    couples: bool = True  #: whether it needs the tangential compliance of the surface
+    slips: bool = False  #: whether cells slip at the limit of friction, so that a coefficient is needed
 
 
-class Proportional(TangentialChoice):
-    """Shear proportional to the pressure, as in sliding, plus a rotational part for the torsion."""
-
-    name = "proportional"
-    couples = False
-
-
-class Stick(TangentialChoice):
-    """The surface does not move relative to the body."""
-
-    name = "stick"
-
-
-class Coulomb(TangentialChoice):
-    """The surface sticks below the limit of friction and slips at it, without history of loading."""
-
-    name = "coulomb"
-    slips = True
-
-
+_CHOICES = (
+    # Shear proportional to the pressure, as in sliding, plus a rotational part for the torsion.
+    TangentialChoice("proportional", couples=False),
+    # The surface does not move relative to the body.
+    TangentialChoice("stick"),
+    # The surface sticks below the limit of friction and slips at it, without history of loading.
+    TangentialChoice("coulomb", slips=True),
+)
 #: All choices by name.
-TANGENTIAL_CHOICES: dict[str, TangentialChoice] = {one.name: one for one in (Proportional(), Stick(), Coulomb())}
+TANGENTIAL_CHOICES = {one.name: one for one in _CHOICES}
 #: Their names, the default first.
 TANGENTIALS = tuple(TANGENTIAL_CHOICES)
 #: Names of those that need no coefficient of friction.

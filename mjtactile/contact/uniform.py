@@ -11,8 +11,7 @@ from mjtactile.contact.footprint import Footprint
 def uniform_basis(footprint: Footprint) -> Array:
     """Nodal forces per unit of a wrench on a flat footprint, by law "uniform" while all its pressure is positive.
 
-    Returns:
-        (6, nodes y, nodes x, 3) [N/N, N/(N m)]: force x, y, z and moment x, y, z about the pad's origin, pad frame.
+    (6, nodes y, nodes x, 3) [N/N, N/(N m)]: force x, y, z and moment x, y, z about the pad's origin, pad frame.
     """
     surface, integrals = footprint.surface, footprint.integrals
     area, first_x, first_y = integrals.sum(axis=(1, 2))

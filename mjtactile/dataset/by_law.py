@@ -31,11 +31,7 @@ _PROBE = 0.3
 
 
 def physics_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> tuple[Array, Array, Array]:
-    """Readings of all presses that share an outline.
-
-    Args:
-        influence: influence matrices of the pad, at the presses' fidelity.
-        presses: the presses.
+    """Readings of all presses that share an outline, from influence matrices at their fidelity.
 
     Returns:
         Readings [Pa], (presses, *reading_shape); forces on the pad [N], (presses, 3); and points (x, y) where their

@@ -20,13 +20,9 @@ from mjtactile.sim.wrench import centre_of_pressure
 
 
 def mujoco_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> tuple[Array, Array, Array]:
-    """Readings of all presses that share an outline.
+    """Readings of all presses that share an outline, from influence matrices at their fidelity.
 
     On a curved pad, bodies are upright and approach along z.
-
-    Args:
-        influence: influence matrices of the pad, at the presses' fidelity.
-        presses: the presses.
 
     Returns:
         Readings [Pa], (presses, *reading_shape); forces of MuJoCo's contacts on the pad [N], (presses, 3), which may
@@ -49,13 +45,7 @@ def mujoco_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> tu
 
 
 def pose_scene(indenter: Indenter, pad: Pad, presses: OutlinePresses, pose: PosePresses) -> mujoco.MjSpec:
-    """Press scene of the body at a pose.
-
-    Args:
-        indenter: the body, `shape_indenter` of the presses' shape and size.
-        pad: the pad.
-        presses: presses with that body.
-        pose: position and rotation of the body.
+    """Press scene of a body, `shape_indenter` of the presses' shape and size, at a pose.
 
     Raises:
         SceneError: the body misses the pad, or all but a sliver of it does.
@@ -65,11 +55,7 @@ def pose_scene(indenter: Indenter, pad: Pad, presses: OutlinePresses, pose: Pose
 
 
 def _settled(model: mujoco.MjModel, data: mujoco.MjData, sensor: TactileSensor, force: Array) -> tuple[Array, Array]:
-    """Readings and wrench of one press; NaN if it does not settle.
-
-    Raises:
-        SceneError: the press is refused before its first step, for example a force beyond the actuators' range.
-    """
+    """Readings and wrench of one press; NaN if it does not settle. A press that is refused at once is an error."""
     try:
         press(model, data, force)
     except SceneError:

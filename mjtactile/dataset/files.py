@@ -47,17 +47,14 @@ if TYPE_CHECKING:
 FORMAT = 2
 #: Columns that contain names.
 _NAMES = ("shape", "preset", "law", "tangential", "transducer")
+#: Columns that are the same for all presses of an outline, named as in `OutlinePresses`.
+_OF_OUTLINE = ("shape", "size", "free", "preset", "law", "tangential")
 #: Key of the metadata in a file's schema.
 _METADATA = b"mjtactile"
 
 
 def part_file(spec: DatasetSpec, part: tuple[int, int]) -> bytes:
-    """Make one part of a dataset; return the content of its Parquet file.
-
-    Args:
-        spec: specification of the dataset.
-        part: index of the first press, and one past the last.
-    """
+    """Make one part of a dataset, presses from the first index to before the second; return its Parquet file."""
     require("dataset")
     import pyarrow.parquet as pq
 
@@ -176,11 +173,7 @@ def _is_foreign(content: bytes) -> bool:
 
 
 def press_columns(spec: DatasetSpec, presses: OutlinePresses) -> dict[str, np.ndarray]:
-    """Make the presses of one outline.
-
-    Returns:
-        Labels and readings as columns by name, (presses, ...), without presses that did not settle.
-    """
+    """Labels and readings of an outline's presses that settled, as columns by name, (presses, ...)."""
     influence = _influence(spec.pad, presses.preset)
     if spec.backend == "mujoco":
         from mjtactile.dataset.by_scene import mujoco_readings as readings_of
@@ -196,20 +189,11 @@ def press_columns(spec: DatasetSpec, presses: OutlinePresses) -> dict[str, np.nd
     shifts = np.repeat([pose.shift for pose in presses.poses], spec.forces, axis=0)
     columns = {
         "press": index,
-        "shape": np.full(count, presses.shape),
-        "size": np.full(count, presses.size),
+        **{name: np.full(count, getattr(presses, name)) for name in _OF_OUTLINE},
         "rotation": np.repeat([pose.rotation for pose in presses.poses], spec.forces),
-        "shift_x": shifts[:, 0],
-        "shift_y": shifts[:, 1],
-        "force_x": forces[:, 0],
-        "force_y": forces[:, 1],
-        "force_z": forces[:, 2],
-        "position_x": points[:, 0],
-        "position_y": points[:, 1],
-        "free": np.full(count, presses.free),
-        "preset": np.full(count, presses.preset),
-        "law": np.full(count, presses.law),
-        "tangential": np.full(count, presses.tangential),
+        **{f"shift_{axis}": values for axis, values in zip("xy", shifts.T, strict=True)},
+        **{f"force_{axis}": values for axis, values in zip("xyz", forces.T, strict=True)},
+        **{f"position_{axis}": values for axis, values in zip("xy", points.T, strict=True)},
         "noise": noise,
         "transducer": np.full(count, (spec.transducer or {}).get("name", "none")),
         "readings": readings.reshape(count, -1).astype(np.float32),
@@ -353,11 +337,7 @@ def make_dataset(spec: DatasetSpec, folder: str | Path, *, workers: int | Worker
 
 
 def _chosen(workers: object) -> Workers:
-    """Where parts are made.
-
-    Raises:
-        DistributeError: it is neither a whole number from 1 on nor a `Workers`.
-    """
+    """Where parts are made: at workers, or in a whole number of processes from 1 on."""
     if isinstance(workers, Workers):
         return workers
     if not is_whole_number(workers):
@@ -378,11 +358,7 @@ def _rows(path: Path) -> int:
 
 
 def _check_some(spec: DatasetSpec, folder: Path) -> None:
-    """Refuse a complete dataset without any press.
-
-    Raises:
-        DatasetError: all presses were left out.
-    """
+    """Refuse a complete dataset without any press."""
     if not any(_rows(folder / part_name(first)) for first, _ in _parts(spec)):
         raise DatasetError(
             f"all {spec.presses} presses were left out: {_why_left_out(spec)}. The dataset in {folder} is empty. "
@@ -457,12 +433,9 @@ def _parts(spec: DatasetSpec) -> Iterator[tuple[int, int]]:
 
 
 def _check_poses(spec: DatasetSpec, parts: Iterable[tuple[int, int]]) -> None:
-    """Refuse presses that would miss the pad, before any is made.
+    """Refuse presses that would miss the pad, before any is made; the message names the press and the entry.
 
     With backend "physics", bodies that miss a curved pad are refused with the specification.
-
-    Raises:
-        DatasetError: a body misses the pad; the message names the press and the entry.
     """
     from mjtactile.dataset.by_law import always_on_pad, check_on_pad, pose_footprint
 
@@ -552,11 +525,7 @@ def _check_space(spec: DatasetSpec, folder: Path, presses: int) -> None:
 
 @contextmanager
 def _alone(folder: Path) -> Iterator[None]:
-    """Lock the folder against other processes that make datasets, and remove partial files of killed processes.
-
-    Raises:
-        DatasetError: another process has locked the folder, or the lock file cannot be used.
-    """
+    """Lock the folder against other processes that make datasets, and remove partial files of killed processes."""
     busy = f"another process is making the dataset in {folder}. Wait for it, or choose another folder."
     lock = lock_file(folder / ".lock", busy, DatasetError)
     try:

@@ -50,13 +50,7 @@ def curved_pose_readings(
 
 
 def footprint_on(surface: SurfaceGrid, presses: OutlinePresses, pose: PosePresses) -> Footprint:
-    """Footprint of a body that touches a curved surface at a pose, oriented along the surface.
-
-    Args:
-        surface: surface grid of the pad.
-        presses: presses with the body's shape and size.
-        pose: position of the body, and its rotation about the surface's normal.
-    """
+    """Footprint of a body that touches a curved surface at a pose, oriented along the surface."""
     outer = surface.outer
     point, axes = outer.positions(*pose.shift), outer.frames(*pose.shift)
     if presses.shape == "sphere":

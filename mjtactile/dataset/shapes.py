@@ -51,10 +51,7 @@ SHAPE_NAMES: tuple[str, ...] = (*INDENTER_NAMES, *_OWN, "sphere")
 
 
 def shape_face(shape: str) -> Polygon | MultiPolygon | None:
-    """Outline of a shape's flat face at size 1, about its origin [m]; None for the sphere.
-
-    Args:
-        shape: a name, or the path of a mesh file in metres.
+    """Outline of the flat face of a shape or a mesh file at size 1, about its origin [m]; None for the sphere.
 
     Raises:
         IndenterError: there is no such shape, or it has no flat face.
@@ -134,11 +131,7 @@ def sphere_height(radius: float, centre: Array) -> Callable[[Array, Array], Arra
 
 
 def shape_indenter(shape: str, size: float = 1.0) -> Indenter:
-    """A shape at a size as an indenter for press scenes.
-
-    Args:
-        shape: a name, or the path of a mesh file in metres.
-        size: factor of every length in the shape's plane [-].
+    """A shape or a mesh file in metres as an indenter for press scenes, with lengths in its plane times `size` [-].
 
     Raises:
         IndenterError: there is no such shape, or a mesh has no flat face.

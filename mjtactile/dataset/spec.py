@@ -19,12 +19,12 @@ import numpy as np
 
 from mjtactile._files import path_from, read_text, why_unread
 from mjtactile._types import Array
-from mjtactile.contact.options import LAWS, contact_options
+from mjtactile.contact.options import contact_options
 from mjtactile.contact.tangentials import WITHOUT_FRICTION
 from mjtactile.dataset.hardware import transducer_for
 from mjtactile.dataset.shapes import SHAPE_NAMES, mesh_digest, shape_face
 from mjtactile.errors import ContactError, DatasetError, PadError, of_type, shortened
-from mjtactile.fidelity import DEFAULT, PRESETS
+from mjtactile.fidelity import CONTACT_LAWS, DEFAULT, PRESETS
 from mjtactile.pad import Pad
 from mjtactile.pad_names import pad_from_file, pad_from_values
 from mjtactile.units import GRAM_FORCE, MILLIMETRE, MOST_NOISE, MOST_PRESSES, MOST_SEED, finite_number, is_whole
@@ -117,7 +117,7 @@ class DatasetSpec:
         object.__setattr__(self, "contacts", contacts)
         if self.backend not in BACKENDS:
             raise DatasetError(f"backend {self.backend!r} does not exist. Available: {', '.join(BACKENDS)}.")
-        known = {"presets": tuple(PRESETS), "laws": LAWS, "tangential": WITHOUT_FRICTION}
+        known = {"presets": tuple(PRESETS), "laws": CONTACT_LAWS, "tangential": WITHOUT_FRICTION}
         for name, available in known.items():
             object.__setattr__(self, name, _known(name, getattr(self, name), available))
         of_type(Pad, "pad", self.pad, DatasetError, "pad_from_file(...) reads one")
@@ -190,11 +190,7 @@ def load_spec(path: str | Path) -> DatasetSpec:
 
 
 def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
-    """A dataset from the values of a TOML file.
-
-    Args:
-        values: entries of the file.
-        folder: folder that a file name in `pad` is relative to.
+    """A dataset from the values of a TOML file; a file name in `pad` is relative to `folder`.
 
     Raises:
         DatasetError: an entry is invalid; the message names the entry.
@@ -214,7 +210,7 @@ def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
         contacts=tuple(_contact(entry) for entry in contacts),
         backend=backend,
         presets=_names(values, "fidelity", DEFAULT, tuple(PRESETS)),
-        laws=_names(values, "law", "elastic", LAWS),
+        laws=_names(values, "law", "elastic", CONTACT_LAWS),
         tangential=_names(values, "tangential", "proportional", WITHOUT_FRICTION),
         free=_as_float(values.get("free", 0.0)),
         noise=_in_si(values.get("noise", 0.0), 1.0),
@@ -247,11 +243,7 @@ def _contact(entry: dict[str, Any]) -> ContactSpec:
 
 
 def _shape_names(shapes: object) -> tuple[str, ...]:
-    """Names of shapes, or paths of mesh files, as a tuple.
-
-    Raises:
-        DatasetError: they are no list of names, or there is none.
-    """
+    """Names of shapes, or paths of mesh files, as a tuple, checked."""
     if not (isinstance(shapes, list | tuple) and shapes and all(isinstance(shape, str) for shape in shapes)):
         raise DatasetError(
             f"[[contact]] shapes = {shortened(shapes)}; expected a list of names, for example ['star', 'sphere']."
@@ -260,11 +252,9 @@ def _shape_names(shapes: object) -> tuple[str, ...]:
 
 
 def pad_from(values: dict[str, Any] | str, folder: Path = Path()) -> Pad:
-    """A pad from the values of a pad's TOML file (`pad_from_file`), in SI units; the default pad if there are none.
+    """A pad in SI units from the values or the name of a pad's TOML file (`pad_from_file`); by default the default pad.
 
-    Args:
-        values: entries by name, or the name of such a file.
-        folder: folder that file names are relative to.
+    File names are relative to `folder`.
 
     Raises:
         DatasetError: a value is unknown.
@@ -367,11 +357,7 @@ def _plain(number: Any) -> float:
 
 
 def _share(name: str, value: object) -> float:
-    """A share as a number of Python.
-
-    Raises:
-        DatasetError: it is none.
-    """
+    """A share as a number of Python, checked."""
     if not 0.0 <= finite_number(value) <= 1.0:
         raise DatasetError(f"{name} = {shortened(value)}; expected a share from 0 to 1.")
     return _plain(value)
@@ -382,11 +368,7 @@ def _names(values: dict[str, Any], name: str, default: str, known: tuple[str, ..
 
 
 def _known(name: str, given: Any, known: tuple[str, ...]) -> tuple[str, ...]:
-    """Names of which each is known; a single one may be given alone.
-
-    Raises:
-        DatasetError: one is unknown, or there is none.
-    """
+    """Names of which each is known; a single one may be given alone."""
     names = tuple(given) if isinstance(given, list | tuple) else (given,)
     for one in names:
         if one not in known:
@@ -415,11 +397,7 @@ def _is_pair(given: object) -> TypeGuard[Range]:
 
 
 def _range(name: str, given: object, limits: _Limits) -> Range:
-    """A range in SI units, as numbers of Python.
-
-    Raises:
-        DatasetError: it is none, or is beyond its limits; the message has the units of the file.
-    """
+    """A range in SI units, as numbers of Python, checked; error messages have the units of the file."""
     given = given.tolist() if isinstance(given, np.ndarray) else given
     if not _is_pair(given):
         one = finite_number(given)

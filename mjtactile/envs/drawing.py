@@ -10,12 +10,7 @@ import numpy.typing as npt
 
 
 class Drawing:
-    """Renders one environment's simulation.
-
-    Args:
-        camera: name of the model's camera.
-        width, height: size of pictures [pixels].
-    """
+    """Renders one environment's simulation by a camera of its model, in pictures of a width and a height [pixels]."""
 
     def __init__(self, camera: str, width: int, height: int) -> None:
         self._camera, self._width, self._height = camera, width, height

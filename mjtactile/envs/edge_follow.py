@@ -150,13 +150,10 @@ class EdgeFollow(FingerTask):
 
 
 def rim_points(plates: npt.NDArray[np.int_], arcs: Array) -> Array:
-    """Points of plates' rims by arc length.
+    """Points of plates' rims by arc length: x and y relative to the plates' centres [m], shape (k, 2).
 
     Args:
         plates: indices into PLATES, shape (k,).
         arcs: arc lengths from the rims' first points [m], shape (k,).
-
-    Returns:
-        x and y relative to the plates' centres [m], shape (k, 2).
     """
     return shapely.get_coordinates(shapely.line_interpolate_point(_RIMS[plates], arcs % _LENGTHS[plates]))

@@ -60,12 +60,7 @@ def press_control(force: Array) -> Array:
 
 
 def turn_and_press(speed: float, force: float) -> tuple[Channel, Channel]:
-    """The last two of a finger's four actions: turn about the vertical, and press.
-
-    Args:
-        speed: largest speed of rotation [rad/s].
-        force: largest pressing force [N].
-    """
+    """The last two of a finger's actions: turn about the vertical [rad/s] and press [N], with their largest values."""
     told = f"pressing force: {force:g} N at 1, proportionally less below; the finger lifts at 0 and below"
     return (
         Channel("turn", "-", -1, 1, f"rotation speed about the vertical, up to {speed:g} rad/s"),

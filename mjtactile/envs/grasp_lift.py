@@ -52,22 +52,12 @@ _GAP = 1e-4
 
 
 def least_grip(mass: Array, friction: Array) -> Array:
-    """Least grip of each finger that holds an object at rest by the friction of two pads [N], (n,).
-
-    Args:
-        mass: mass of each object [kg], (n,).
-        friction: friction of each object [-], (n,).
-    """
+    """Least grip of each finger that holds objects at rest [N], by their mass [kg] and friction on two pads [-]."""
     return mass * _GRAVITY / (2.0 * friction)
 
 
 def crushing_grip(mass: Array, friction: Array) -> Array:
-    """Grip of each finger at which an object breaks [N], (n,).
-
-    Args:
-        mass: mass of each object [kg], (n,).
-        friction: friction of each object [-], (n,).
-    """
+    """Grip of each finger at which an object of a mass [kg] and friction [-] breaks [N], all (n,)."""
     return within(FRAGILITY * least_grip(mass, friction), HARMLESS, CRUSHING)
 
 

@@ -262,11 +262,7 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
 
 
 def _autoreset(mode: AutoresetMode | str) -> AutoresetMode:
-    """A mode, or the mode of a name.
-
-    Raises:
-        EnvError: there is no such mode.
-    """
+    """A mode, or the mode of a name."""
     try:
         return AutoresetMode(mode)
     except ValueError:

@@ -42,7 +42,6 @@ class TouchOptions:
     weights: str | Path | None = None
 
     def __post_init__(self) -> None:
-        """Refuse options that do not exist."""
         if not (isinstance(self.observation, str) and self.observation in OBSERVATIONS):
             raise EnvError(f"observation = {self.observation!r} does not exist. Available: {', '.join(OBSERVATIONS)}.")
         try:
@@ -91,11 +90,7 @@ _MOST_PIXELS = 16384
 
 
 def refuse_unknown(options: Mapping[str, Any], task: str) -> None:
-    """Refuse options that `TouchOptions` does not have.
-
-    Args:
-        options: options by name.
-        task: name of the task, for the message.
+    """Refuse options, by name, that `TouchOptions` does not have; `task` is the task's name for the message.
 
     Raises:
         EnvError: an option is unknown; the message lists the known ones.

@@ -65,10 +65,7 @@ def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
 def feel_force(spec: mujoco.MjSpec, name: str, body: str) -> None:
     """Add a MuJoCo sensor of the total contact force on a pad, world frame [N], for rewards only.
 
-    Args:
-        spec: model specification.
-        name: name of the sensor.
-        body: name of a body on which only the pad collides; a pad with hollows has several geoms.
+    Only the pad collides on the body; a pad with hollows has several geoms.
     """
     spec.add_sensor(
         name=name,
@@ -89,14 +86,7 @@ def sensor_slice(model: mujoco.MjModel, name: str) -> slice:
 
 
 class PadObserver:
-    """Observations of the pads of n environments.
-
-    Args:
-        model: compiled model.
-        names: names of the pads' sensors, in the order of the observation.
-        options: observation of the pads.
-        count: number of environments, n.
-    """
+    """Observations of the pads of n environments, in the order of the names of the pads' sensors."""
 
     def __init__(self, model: mujoco.MjModel, names: Sequence[str], options: TouchOptions, count: int) -> None:
         self.options = options
@@ -144,15 +134,7 @@ class PadObserver:
                 ]
 
     def observe(self, sensordata: Array, rows: Rows) -> npt.NDArray[np.float32]:
-        """Current observations of some environments.
-
-        Args:
-            sensordata: sensor data of all environments, shape (n, nsensordata).
-            rows: indices of the environments, shape (k,).
-
-        Returns:
-            Observations, shape (k, *space.shape).
-        """
+        """Current observations (k, *space.shape) of k environments, from the sensor data (n, nsensordata) of all."""
         sensed = sensordata[rows[:, None], self._columns].reshape(len(rows), self.shape[0], -1)
         if self.options.observation == "wrench":
             wrenches = self._noisy_wrenches(sensed * self._gains[rows, :, None], rows)

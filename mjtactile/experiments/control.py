@@ -34,7 +34,6 @@ class ForceServo:
     largest_step: float = 4e-4  #: largest displacement of the target per call [m]
 
     def __post_init__(self) -> None:
-        """Refuse values with which the integrator is unstable."""
         if not (
             self.stiffness > 0.0 and 0.0 < self.gain < 1.0 and self.approach_speed > 0.0 and self.largest_step > 0.0
         ):
@@ -43,15 +42,12 @@ class ForceServo:
             )
 
     def step(self, recognised: npt.ArrayLike | None, commanded: npt.ArrayLike, period: float) -> Array:
-        """The next displacement of the target.
+        """The next displacement of the target, pad frame [m], shape (3,).
 
         Args:
             recognised: force on the pad, pad frame [N], shape (3,); None without contact.
             commanded: desired force on the pad [N], shape (3,); it must press (commanded[2] < 0).
             period: time since the last call [s].
-
-        Returns:
-            Displacement of the target, pad frame [m], shape (3,).
 
         Raises:
             ControlError: the commanded force does not press.
@@ -91,11 +87,7 @@ class ShapeBelief:
         self._shapes: tuple[str, ...] = ()
 
     def look(self, shapes: Sequence[str], probabilities: npt.ArrayLike) -> None:
-        """Add one recognition.
-
-        Args:
-            shapes: names of the candidate shapes, the same at every call.
-            probabilities: probability of each [-], (shapes,).
+        """Add one recognition: probabilities [-], (shapes,), of the candidate shapes, which are the same at every call.
 
         Raises:
             ControlError: the candidates differ from those of earlier calls.

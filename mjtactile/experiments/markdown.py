@@ -6,10 +6,5 @@ from collections.abc import Iterable, Sequence
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A Markdown table.
-
-    Args:
-        head: titles of the columns.
-        rows: cells of each row, as many as there are titles.
-    """
+    """A Markdown table with the titles of its columns, and as many cells in each row."""
     return "\n".join(f"| {' | '.join(cells)} |" for cells in (head, ["---"] * len(head), *rows))

@@ -109,21 +109,13 @@ class DissectedPad:
         return sparse.csr_array(matrix[places][:, places])
 
     def displacements(self, places: Indices) -> Array:
-        """Displacements of all unknowns under unit forces on some surface unknowns [m/N], (unknowns, forces).
-
-        Args:
-            places: indices of the loaded unknowns among those of the surface, (forces,).
-        """
+        """Displacements of all unknowns under unit forces on some of the surface's [m/N], (unknowns, forces)."""
         forces = np.zeros((self.count, len(places)))
         forces[self.surface[places], np.arange(len(places))] = 1.0
         return self.solve(forces)
 
     def solve(self, forces: Array) -> Array:
-        """Displacements [m] under forces, shape (unknowns, columns).
-
-        Args:
-            forces: on all unknowns [N], shape (unknowns, columns). The array is overwritten with the displacements.
-        """
+        """Displacements [m] under forces [N], (unknowns, columns); the array of forces is overwritten with them."""
         loaded = np.zeros(len(self._fronts), dtype=bool)
         for place, front in enumerate(self._fronts):
             below = any(loaded[self._place[id(child)]] for child in front.children)
@@ -156,10 +148,11 @@ class DissectedPad:
         count = end - first
         factor = _cholesky(stiffness[:count, :count])
         # The Schur complement subtracts a matrix times its transpose: inverses would lose twice as many digits.
-        coupling = _forward(factor, stiffness[:count, count:])
+        coupling = solve_triangular(factor, stiffness[:count, count:], lower=True, check_finite=False)
         left = stiffness[count:, count:] - coupling.T @ coupling
+        from_outer = solve_triangular(factor, coupling, lower=True, trans=1, check_finite=False)
         outer = unknowns[count:]
-        return outer, left, _Front(slice(first, end), outer, factor, _backward(factor, coupling), children)
+        return outer, left, _Front(slice(first, end), outer, factor, from_outer, children)
 
     def _column(self, row: int, column: int) -> _Part:
         """Stiffness of a column of elements on the clamped base."""
@@ -218,11 +211,7 @@ def _elimination_order(rows: int, columns: int) -> Indices:
 
 
 def _cholesky(matrix: Array) -> Array:
-    """Lower Cholesky factor of a stiffness.
-
-    Raises:
-        MeshError: it is not positive definite in double precision.
-    """
+    """Lower Cholesky factor of a stiffness; one that is not positive definite in double precision is a MeshError."""
     (factorise,) = get_lapack_funcs(("potrf",), (matrix,))
     factor, failed = factorise(matrix, lower=1, clean=1)
     if failed:
@@ -231,16 +220,6 @@ def _cholesky(matrix: Array) -> Array:
             "soft beside its neighbours, too curved, or its Poisson ratio is too near 0.5."
         )
     return factor
-
-
-def _forward(factor: Array, right: Array) -> Array:
-    """L^-1 times a matrix."""
-    return solve_triangular(factor, right, lower=True, check_finite=False)
-
-
-def _backward(factor: Array, right: Array) -> Array:
-    """L^-T times a matrix."""
-    return solve_triangular(factor, right, lower=True, trans=1, check_finite=False)
 
 
 def _in_order(front: _Front | None) -> list[_Front]:

@@ -46,11 +46,7 @@ def _reference() -> tuple[Array, Array, Array]:
 
 
 class SweptElements:
-    """Elements of a whole pad, or of the part that symmetry leaves.
-
-    Args:
-        mesh: element lines of (x, y, -depth), materials and the outer surface.
-    """
+    """Elements of a whole pad, or of the part that symmetry leaves."""
 
     def __init__(self, mesh: SheetMesh) -> None:
         self.mesh = mesh
@@ -90,8 +86,7 @@ class SweptElements:
     def matrix(self, layers: int | None = None) -> sparse.csr_array:
         """Stiffness over all nodal displacements, the base's included, ordered (plane, y, x, component) [N/m].
 
-        Args:
-            layers: number of element layers that are counted, from the base up; all of them by default.
+        Only so many layers of elements are counted, from the base up; all of them by default.
         """
         high, deep, wide = self.nodes.shape[:3]
         number = np.arange(3 * high * deep * wide).reshape(high, deep, wide, 3)

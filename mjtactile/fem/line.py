@@ -32,11 +32,16 @@ class Line:
         return np.diff(self.vertices)
 
     @cached_property
+    def middles(self) -> Array:
+        """Middles of the elements [m], shape (elements,)."""
+        return (self.vertices[:-1] + self.vertices[1:]) / 2
+
+    @cached_property
     def nodes(self) -> Array:
         """Node positions [m], ascending: vertices at even indices, middles of elements at odd ones."""
         nodes = np.empty(self.node_count)
         nodes[::2] = self.vertices
-        nodes[1::2] = (self.vertices[:-1] + self.vertices[1:]) / 2
+        nodes[1::2] = self.middles
         return nodes
 
     def locate(self, positions: Array) -> tuple[Indices, Array]:

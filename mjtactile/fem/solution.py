@@ -37,12 +37,7 @@ class SolvedBlock:
 
 
 class SweptPad:
-    """A swept pad and the points at which its stress is computed.
-
-    Args:
-        mesh: of the whole pad.
-        points: in the pad frame [m], shape (points, 3), within the part that symmetry leaves.
-    """
+    """A swept pad, and points (n, 3) [m] of the part that symmetry leaves, at which its stress is computed."""
 
     def __init__(self, mesh: SheetMesh, points: Array) -> None:
         half = float(mesh.x.vertices[-1]), float(mesh.y.vertices[-1])

@@ -21,15 +21,12 @@ _WINDOW = 4
 
 
 def point_rows(line: Line, positions: Array, jumps: tuple[int, ...] = ()) -> tuple[Array, Array]:
-    """Rows that turn nodal values along a line into point values.
+    """Rows that turn nodal values along a line into point values [-] and recovered slopes [1/m], (points, nodes) each.
 
     Args:
         line: elements.
         positions: where the values are wanted [m], shape (points,).
         jumps: interior vertices, by index, across which nothing is interpolated.
-
-    Returns:
-        Rows of the field's values [-] and of its recovered slopes [1/m], each of shape (points, nodes).
     """
     element, local = line.locate(positions)
     values = _scatter(line, element, quadratic_shapes(local)[0])
@@ -57,8 +54,7 @@ def gauss_weights(line: Line, positions: Array, jumps: tuple[int, ...] = ()) -> 
         jumps: interior vertices, by index, across which nothing is interpolated.
     """
     element = line.locate(positions)[0]
-    middles = (line.vertices[:-1] + line.vertices[1:]) / 2
-    gauss = (middles[:, None] + line.sizes[:, None] / 2 * GAUSS).ravel()
+    gauss = (line.middles[:, None] + line.sizes[:, None] / 2 * GAUSS).ravel()
     ends = np.array([0, *jumps, line.element_count])
     part = np.searchsorted(ends, element, side="right") - 1
     weights = np.zeros((len(positions), len(gauss)))

@@ -89,25 +89,20 @@ class SurfaceGrid:
         edges = oriented_edges(region)
         moments = self._cell_moments(edges)
         half_x, half_y = self.x.sizes / 2, self.y.sizes / 2
-        middle_x = (self.x.vertices[:-1] + self.x.vertices[1:]) / 2
-        middle_y = (self.y.vertices[:-1] + self.y.vertices[1:]) / 2
         plain = moments[..., :3, :3]
-        times_x = middle_x[:, None, None] * plain + half_x[:, None, None] * moments[..., :3, 1:]
-        times_y = middle_y[:, None, None, None] * plain + half_y[:, None, None, None] * moments[..., 1:, :3]
+        times_x = self.x.middles[:, None, None] * plain + half_x[:, None, None] * moments[..., :3, 1:]
+        times_y = self.y.middles[:, None, None, None] * plain + half_y[:, None, None, None] * moments[..., 1:, :3]
         per_cell = np.einsum(
             "kb,mjiba,la->mjikl", _SHAPE_COEFFICIENTS, np.stack([plain, times_x, times_y]), _SHAPE_COEFFICIENTS
         )
         return self._gather(per_cell)
 
     def traction_forces(self, edges: Array, tractions: Array) -> Array:
-        """Consistent nodal forces of tractions that are constant on polygons.
+        """Consistent nodal forces (nodes y, nodes x, 3) [N] of tractions that are constant on polygons.
 
         Args:
             edges: of all polygons, each with its polygon on the left, pad frame [m], shape (edges, 2 ends, 2).
             tractions: for each edge, the traction on its polygon, pad frame [Pa], shape (edges, 3).
-
-        Returns:
-            shape (nodes along y, nodes along x, 3) [N].
         """
         forces = np.empty((*self.node_shape, 3))
         edges, tractions = contiguous(edges), contiguous(tractions)

@@ -48,7 +48,7 @@ class MirrorPlanes:
 
     @cached_property
     def images(self) -> tuple[tuple[int, int], ...]:
-        """Mirror images of a point as signs of (x, y), the point itself first; QUADRANTS for both mirrors."""
+        """Mirror images of a point as signs of (x, y), the point itself first."""
         along_x, along_y = ((1, -1) if mirrored else (1,) for mirrored in (self.x, self.y))
         return tuple((x, y) for y in along_y for x in along_x)
 
@@ -62,18 +62,12 @@ class MirrorPlanes:
 
 #: MirrorPlanes of a flat sheet.
 BOTH = MirrorPlanes()
-#: Quadrants of the plane as signs (x, y), in the order sample points refer to them.
-QUADRANTS = BOTH.images
-#: Sign of each class in each quadrant, shape (quadrants, classes).
-QUADRANT_SIGNS = BOTH.signs
 
 
 def free_in_plane(mesh: SheetMesh, parity: Parity | None) -> Mask:
-    """Mask over a plane's degrees of freedom: False where a mirror plane holds a component at zero.
+    """Mask over a plane's degrees of freedom: False where a mirror plane holds a component of a class at zero.
 
-    Args:
-        mesh: of the sheet, or of its quarter.
-        parity: the quarter model's symmetry class, or None for a mesh of the whole sheet.
+    Without a class, the mesh is that of the whole sheet.
     """
     free = np.ones((3, mesh.y.node_count, mesh.x.node_count), dtype=bool)
     if parity is not None:
@@ -112,14 +106,11 @@ def fold_forces(forces: Array, parity: Parity) -> Array:
 
 
 def unfold_field(classes: list[Array], mirrors: MirrorPlanes = BOTH) -> Array:
-    """A vector field on the whole surface from its symmetry classes on the quarter.
+    """A vector field (..., nodes y, nodes x, 3) on the whole surface from its symmetry classes on the quarter.
 
     Args:
         classes: one array (..., 3, quarter nodes y, quarter nodes x) per class, in the order of the mirrors' classes.
         mirrors: of the body.
-
-    Returns:
-        (..., nodes y, nodes x, 3).
     """
     whole = 0.0
     for parity, quarter in zip(mirrors.classes, classes, strict=True):

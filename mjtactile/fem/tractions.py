@@ -84,8 +84,7 @@ def cell_integrals(grid: SurfaceGrid) -> Array:
 
 def _gauss_on(line: Line) -> tuple[Array, Array]:
     """Gauss points of every element (elements, points) [m], and weights times shapes (elements, points, 3) [m]."""
-    middles = (line.vertices[:-1] + line.vertices[1:]) / 2
-    points = middles[:, None] + line.sizes[:, None] / 2 * _GAUSS
+    points = line.middles[:, None] + line.sizes[:, None] / 2 * _GAUSS
     return points, line.sizes[:, None, None] / 2 * (_WEIGHTS[:, None] * quadratic_shapes(_GAUSS)[0])
 
 

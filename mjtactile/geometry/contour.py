@@ -32,7 +32,7 @@ _FEW_CELLS = 40
 def region_below(
     function: PlaneFunction, level: float, bounds: tuple[float, float, float, float]
 ) -> Polygon | MultiPolygon:
-    """The region of a rectangle where a function is at most `level`, in metres.
+    """The region of a rectangle where a function is at most `level` [m]; an empty polygon if no grid point is in it.
 
     Parts narrower than a grid cell of the rectangle may be missed.
 
@@ -40,9 +40,6 @@ def region_below(
         function: height [m] of x and y [m], arrays of one shape; infinite where it is undefined.
         level: largest height that belongs to the region [m].
         bounds: rectangle to search (low x, low y, high x, high y) [m].
-
-    Returns:
-        The region [m]; an empty polygon if the function is above the level at all grid points.
     """
     x, y = _grid_lines(bounds)
     inside = _inside(function, level, *np.meshgrid(x, y))

@@ -17,7 +17,7 @@ import trimesh
 from shapely import MultiPolygon, Polygon, affinity
 
 from mjtactile.errors import IndenterError, shortened
-from mjtactile.geometry.outlines import INDENTER_NAMES, SIDES, ellipse, punch_outline
+from mjtactile.geometry.outlines import SIDES, ellipse, punch_outline
 from mjtactile.geometry.planar import convex_parts, even_parts
 from mjtactile.geometry.solid import checked, extrude, face_outline, is_prism, silhouette
 from mjtactile.units import finite_number
@@ -36,21 +36,6 @@ MOST_BYTES = 100_000_000
 _PUNCH_HEIGHT = 5e-3
 #: Names of bodies in press scenes, which an indenter cannot have.
 _TAKEN = ("pad", "press", "world")
-
-__all__ = [
-    "INDENTER_NAMES",
-    "Indenter",
-    "Primitive",
-    "body_name",
-    "box",
-    "convex_pieces",
-    "cylinder",
-    "indenter_outline",
-    "indenter_solid",
-    "mesh_indenter",
-    "punch",
-    "sphere",
-]
 
 Area = TypeVar("Area", Polygon, Polygon | MultiPolygon)
 
@@ -80,7 +65,6 @@ class Indenter:
     primitive: Primitive | None = None  #: the MuJoCo geom that equals the solid; None for a mesh
 
     def __post_init__(self) -> None:
-        """Refuse invalid solids, and faces at another height than z = 0."""
         checked(self.solid)
         bottom = float(self.solid.bounds[0, 2])
         if abs(bottom) > 1e-9:

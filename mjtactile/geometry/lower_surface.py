@@ -58,7 +58,7 @@ class LowerSurface:
         return made
 
     def heights(self, position: Array, rotation: Array, x: Array, y: Array, *, floor: float = -math.inf) -> Array:
-        """Height of the lower surface over points of the pad frame.
+        """Heights of the lower surface over points of the pad frame [m], (n,); infinite where nothing is above.
 
         Args:
             position: of the shape's origin in the pad frame [m], shape (3,).
@@ -66,9 +66,6 @@ class LowerSurface:
             x: coordinates of the points [m], shape (n,).
             y: likewise.
             floor: parts of the shape below this height are ignored [m].
-
-        Returns:
-            Heights [m], shape (n,); infinite where no part of the shape is above.
         """
         points, pose = contiguous(np.column_stack([x, y])), _numbers(position, rotation)
         found = np.empty(len(points))

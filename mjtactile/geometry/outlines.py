@@ -46,11 +46,6 @@ def turned(corners: int, start_deg: float = 0.0) -> Array:
     return np.column_stack([np.cos(angles), np.sin(angles)])
 
 
-def _star() -> Polygon:
-    radii = np.tile([_HALF_BOX, _STAR_INNER_RADIUS], 5)
-    return Polygon(radii[:, None] * turned(10, 90.0))
-
-
 _PUNCHES: dict[str, Callable[[], Polygon]] = {
     "circle": lambda: ellipse(_HALF_BOX, _HALF_BOX),
     "doughnut": lambda: Polygon(
@@ -59,7 +54,7 @@ _PUNCHES: dict[str, Callable[[], Polygon]] = {
     "ellipse": lambda: ellipse(_HALF_BOX, 3e-3),
     "octagon": lambda: Polygon(_HALF_BOX / math.cos(math.pi / 8) * turned(8, 22.5)),
     "square": lambda: Polygon(_HALF_BOX * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])),
-    "star": _star,
+    "star": lambda: Polygon(np.tile([_HALF_BOX, _STAR_INNER_RADIUS], 5)[:, None] * turned(10, 90.0)),
     "triangle": lambda: Polygon(2.0 * _HALF_BOX / math.sqrt(3.0) * turned(3, 90.0)),
 }
 

@@ -17,6 +17,7 @@ from shapely.geometry.polygon import orient
 
 from mjtactile._types import Array, Indices
 from mjtactile.errors import FootprintError, IndenterError
+from mjtactile.geometry.outlines import turned
 
 #: Limits of an area: west, south, east and north [m].
 Bounds = tuple[float, float, float, float]
@@ -122,14 +123,11 @@ def convex_parts(polygon: Polygon) -> list[Polygon]:
 
 
 def even_parts(area: Polygon | MultiPolygon) -> list[Polygon]:
-    """Convex parts of about one size that cover an area and leave its notches and holes open.
+    """Convex parts of about one size that cover an area [m] and leave its notches and holes open.
 
     A grid of squares, centred on the area's bounds, cuts the area into pieces. `convex_parts` cuts those pieces that
     are not convex. Pieces smaller than a hundredth of a square are left out. Arcs are replaced by chords that deviate
     from them by up to a fiftieth of a square's side.
-
-    Args:
-        area: with its longer side along x or y if possible [m].
     """
     west, south, east, north = area.bounds
     side = max(east - west, north - south) / _SQUARES
@@ -192,9 +190,7 @@ def _corners(hull: Polygon) -> Array:
 
 def _rim(hull: Polygon, centre: Array, count: int) -> Array:
     """Points where rays at equal angles from `centre` leave a convex polygon, shape (count, 2) [m]."""
-    reach = 2.0 * hull.length
-    angles = 2.0 * np.pi * np.arange(count) / count
-    tips = centre + reach * np.column_stack([np.cos(angles), np.sin(angles)])
+    tips = centre + 2.0 * hull.length * turned(count)
     return np.array([LineString([centre, tip]).intersection(hull).coords[-1] for tip in tips])
 
 

@@ -54,10 +54,6 @@ def checked(solid: trimesh.Trimesh) -> trimesh.Trimesh:
 def extrude(area: Polygon | MultiPolygon, height: float) -> trimesh.Trimesh:
     """The prism over `area` from z = 0 to z = height [m], watertight; its corners are the area's own corners.
 
-    Args:
-        area: outline of the prism [m].
-        height: of the prism [m].
-
     Raises:
         IndenterError: the height is not positive, the area is empty, or the prism is no valid solid.
     """
@@ -107,7 +103,7 @@ def silhouette(solid: trimesh.Trimesh) -> Polygon:
 def face_outline(
     solid: trimesh.Trimesh, height: float, *, tolerance: float = PLANE_TOLERANCE
 ) -> Polygon | MultiPolygon:
-    """Section of a solid by the plane z = height; concave outlines and holes are preserved.
+    """Section of a solid by the plane z = height [m], with concave outlines and holes; empty where it misses the solid.
 
     The solid includes its surface, so a flat face that lies in the plane belongs to the section. Where vertices lie
     within `tolerance` of the plane, the section is the union of the sections just above and just below it. Both cross
@@ -117,7 +113,6 @@ def face_outline(
         solid: a watertight mesh in the frame in which the plane is z = height [m].
         height: of the plane [m].
         tolerance: vertices within this distance of the plane lie in it [m].
-    Returns: the section [m]; an empty polygon where the plane misses the solid.
 
     Raises:
         IndenterError: the mesh is not watertight.

@@ -50,12 +50,6 @@ def check_model(name: str | Hand, path: str | Path) -> None:
 def check_geom(spec: mujoco.MjSpec, chosen: Hand, expected: ExpectedGeom, prefix: str) -> None:
     """Check that a body of a model has a geom that a hand's table expects.
 
-    Args:
-        spec: specification of the model, which has the body.
-        chosen: the hand.
-        expected: the geom.
-        prefix: prefix of the names of the hand's bodies in this model.
-
     Raises:
         SceneError: the body has no such geom.
     """

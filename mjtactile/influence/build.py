@@ -102,11 +102,7 @@ def _sample_points(pad: Pad, density: MeshDensity) -> list[Array]:
 
 
 def _workers(mesh: SheetMesh, loads: int) -> int:
-    """Number of blocks of so many loads to solve in parallel, within the available cores and memory.
-
-    Raises:
-        MeshError: there is not enough memory for one block.
-    """
+    """Number of blocks of so many loads to solve in parallel, by cores and memory; a MeshError if not one has room."""
     part = mesh.quarter()
     columns = 3 * part.x.node_count * part.y.node_count
     unknowns = 2 * part.z.element_count * columns

@@ -179,13 +179,9 @@ def cached_tables() -> list[CachedTable]:
 
 
 def clear_cache(*, unusable_only: bool = False) -> list[CachedTable]:
-    """Remove tables from the cache, except those being built; processes that have one open can still use it.
+    """Remove tables, or only unusable ones, from the cache, and return them; those that are open can still be used.
 
-    Args:
-        unusable_only: keep those that this version of the package can read.
-
-    Returns:
-        The removed tables.
+    Tables that are being built stay.
 
     Raises:
         OSError: a table cannot be removed.
@@ -210,12 +206,7 @@ def clear_cache(*, unusable_only: bool = False) -> list[CachedTable]:
 # Numbers so small that they are 0 in single precision are no error, whatever NumPy has been told to make of them.
 @np.errstate(under="ignore")
 def build_influence(pad: Pad, fidelity: str | Fidelity, *, progress: bool = True) -> InfluenceMatrices:
-    """Build influence matrices without reading or writing the cache.
-
-    Args:
-        pad: the sheet and its taxels.
-        fidelity: preset by name, or a Fidelity.
-        progress: report progress on standard error, see `influence_matrices`.
+    """Build influence matrices without reading or writing the cache; arguments as in `influence_matrices`.
 
     Raises:
         MeshError: the mesh does not exist, cannot be solved, or needs more memory than the machine has.
@@ -310,13 +301,9 @@ def _acquire(lock: BaseFileLock) -> None:
 
 
 def _remove_leftovers(folder: Path, own: Path) -> None:
-    """Remove partial files of killed processes from the cache.
+    """Remove partial files of killed processes from the cache's folder; this process holds the lock of the table `own`.
 
     A process that writes a table holds its lock, so a partial file whose lock is free is abandoned.
-
-    Args:
-        folder: of the cache.
-        own: path of the table whose lock this process holds.
     """
     from filelock import FileLock, Timeout
 

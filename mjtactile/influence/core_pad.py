@@ -80,9 +80,7 @@ _making = threading.Lock()
 def core_pad(influence: PadTables, *, stress: bool = False) -> CorePad:
     """The core's copy of influence matrices, made at the first call and shared.
 
-    Args:
-        influence: of the pad.
-        stress: whether full stress tensors are needed; they take a fifth more memory.
+    Full stress tensors (`stress`) take a fifth more memory.
 
     Raises:
         CorruptInfluenceError: the matrices are not those of the pad and the fidelity; the core does not check them.

@@ -31,17 +31,11 @@ _Shape = tuple[int | None, ...]
 
 @dataclass(frozen=True, eq=False)
 class PadTables:
-    """Tables of one pad, with the properties of pad and fidelity that are needed to interpret them.
+    """Tables of one pad, with the properties of pad and fidelity that are needed to interpret them."""
 
-    Attributes:
-        pad: the sheet and its taxels.
-        fidelity: mesh, storage and contact law.
-        tables: matrices by name, see `build.build_tables` and `stress_matrix.stored_matrix`.
-    """
-
-    pad: Pad
-    fidelity: Fidelity
-    tables: Tables = field(repr=False)
+    pad: Pad  #: the sheet and its taxels
+    fidelity: Fidelity  #: mesh, storage and contact law
+    tables: Tables = field(repr=False)  #: matrices by name, see `build.build_tables` and `stress_matrix.stored_matrix`
 
     def __deepcopy__(self, _: dict[int, Any]) -> Self:
         """The tables themselves: they never change, and they are large."""

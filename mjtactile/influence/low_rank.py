@@ -57,15 +57,12 @@ _TIE = 1e-5
 def reduced_tables(
     influence: InfluenceMatrices, chosen: Fidelity, on_step: Callable[[], None] = lambda: None
 ) -> Tables:
-    """The stress matrices of influence matrices, each factored if that saves memory or time.
+    """All stress matrices, see `stress_matrix.stored_matrix`, each factored if that saves memory or time.
 
     Args:
         influence: with whole matrices; each is removed from its tables, to save memory.
         chosen: fidelity of the result: its reduction is the relative error, see the module's description.
         on_step: called after each layer's deviatoric matrices, and after each layer's mean ones.
-
-    Returns:
-        All "deviatoric" and "mean" arrays, see `stress_matrix.stored_matrix`.
     """
     spanning, control = _disc_loads(influence)
     tables: Tables = {}

@@ -82,12 +82,9 @@ def narrowing_steps(pad: Pad, made: Fidelity, chosen: Fidelity) -> int:
 def in_storage(
     plain: InfluenceMatrices, chosen: Fidelity, on_step: Callable[[], None] = lambda: None
 ) -> InfluenceMatrices:
-    """Influence matrices in the storage of a fidelity.
+    """Influence matrices in the storage of a fidelity, from those at `plain_fidelity(chosen)`.
 
-    Args:
-        plain: matrices at fidelity `plain_fidelity(chosen)`.
-        chosen: the fidelity.
-        on_step: called `narrowing_steps` times.
+    `on_step` is called `narrowing_steps` times.
 
     Raises:
         PresetError: loads="corners" on a mesh with an odd number of elements along an axis.

@@ -38,7 +38,6 @@ class Feature:
     info: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse types and shapes that the format does not support."""
         if self.dtype not in _KINDS:
             raise DatasetError(f"a feature of type {self.dtype!r}; expected one of {', '.join(_KINDS)}.")
         if not 1 <= len(self.shape) <= _MOST_AXES or min(self.shape) < 1:

@@ -35,11 +35,7 @@ Tick = tuple[npt.NDArray[np.float32], Array, Array]
 
 
 class RecordedTouch:
-    """A sense of touch that records readings of both pads, state and commands at every tick.
-
-    Args:
-        inner: the sense of touch that the controller uses.
-    """
+    """A controller's sense of touch that records readings of both pads, state and commands at every tick."""
 
     reads = True
 
@@ -65,7 +61,7 @@ def record_lifts(
     fps: int = 50,
     flat: bool = False,
 ) -> list[dict[str, Any]]:
-    """Record trials of the lift experiment.
+    """Record trials of the lift experiment; return the judge's results for each.
 
     Args:
         folder: folder of the new dataset; it must not exist.
@@ -74,9 +70,6 @@ def record_lifts(
         condition: loads that the controller gets: "true" or "recognised".
         fps: frames per second [Hz]; it must divide `TOUCH_RATE`.
         flat: whether readings are stored as vectors; see `tactile_features`.
-
-    Returns:
-        The judge's results for each trial.
 
     Raises:
         DatasetError: `fps` does not divide `TOUCH_RATE`, there is no such condition, or the folder exists.

@@ -27,16 +27,13 @@ _VECTORS = {
 
 
 def presses_to_lerobot(presses: str | Path, folder: str | Path, *, flat: bool = False, progress: bool = True) -> int:
-    """Convert a dataset of presses (`make_dataset`) to a LeRobotDataset.
+    """Convert a dataset of presses (`make_dataset`) to a LeRobotDataset; return the number of episodes.
 
     Args:
         presses: folder of the dataset of presses.
         folder: folder of the new dataset; it must not exist.
         flat: whether readings are stored as vectors; see `tactile_features`.
         progress: show a progress bar on a terminal.
-
-    Returns:
-        Number of episodes written.
 
     Raises:
         DatasetError: there are no presses, or the folder exists.

@@ -14,13 +14,9 @@ QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
 
 
 def column_statistics(values: npt.NDArray[Any]) -> Statistics:
-    """Statistics of every component over the frames of an episode.
+    """Statistics of every component of values (frames, *shape) over the frames of an episode.
 
-    Args:
-        values: values of a column, (frames, *shape).
-
-    Returns:
-        Minimum, maximum, mean, standard deviation and quantiles, (*shape) each, and the number of frames, (1,).
+    Minimum, maximum, mean, standard deviation and quantiles, (*shape) each, and the number of frames, (1,).
     """
     numbers = values.astype(np.float64)
     found = {

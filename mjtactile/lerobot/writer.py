@@ -300,11 +300,7 @@ class LeRobotWriter:
 
 
 def _numbers(name: str, values: npt.ArrayLike) -> npt.NDArray[Any]:
-    """The values of a column as an array of numbers with at least one axis.
-
-    Raises:
-        DatasetError: they are not.
-    """
+    """The values of a column as an array of numbers with at least one axis, checked."""
     array = real_numbers(values)
     if array is None or array.ndim == 0:
         raise DatasetError(
@@ -314,11 +310,7 @@ def _numbers(name: str, values: npt.ArrayLike) -> npt.NDArray[Any]:
 
 
 def _converted(name: str, values: npt.NDArray[Any], dtype: str) -> npt.NDArray[Any]:
-    """A column's values in its feature's type; floating-point numbers are rounded, but integers are exact.
-
-    Raises:
-        DatasetError: the type cannot hold a value.
-    """
+    """A column's values in its feature's type, checked; floating-point numbers are rounded, but integers are exact."""
     with np.errstate(invalid="ignore", over="ignore"):
         converted = values.astype(dtype)
     if converted.dtype == values.dtype:

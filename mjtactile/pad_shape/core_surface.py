@@ -19,9 +19,7 @@ _PATCH_LINES = 129
 class CoreSurface:
     """A curved surface in the core: the axes of a quadric, or heights and slopes on a fine grid.
 
-    Args:
-        outer: the surface.
-        half_size: half the pad's projected width along (x, y) [m].
+    It is made for a pad of half a projected width along (x, y) [m].
     """
 
     def __init__(self, outer: Surface, half_size: tuple[float, float]) -> None:
@@ -41,13 +39,9 @@ class CoreSurface:
         weakref.finalize(self, library().mjt_outer_free, self.handle)
 
     def centre_of_pressure(self, wrench: Array) -> Array | None:
-        """Point of the surface at which a wrench presses, pad frame [m], shape (3,).
+        """Point of the surface, (3,) [m], at which a wrench about the pad's origin presses, (6,) [N, N m], pad frame.
 
-        Args:
-            wrench: force [N] and moment about the pad's origin [N m], pad frame, shape (6,).
-
-        Returns:
-            The point, at the sheet's rim if the line of the force passes beside it; None if none is found.
+        It is at the sheet's rim if the line of the force passes beside it; None if none is found.
         """
         centre = np.empty(3)
         found = library().mjt_centre_of_pressure(self.handle, pointer(contiguous(wrench)), pointer(centre))

@@ -55,9 +55,9 @@ class Surface(ABC):
         """Height and derivatives at points (x, y) in the pad frame [m]; NaN where there is no surface."""
 
     @property
-    @abstractmethod
     def mirrors(self) -> tuple[bool, bool]:
-        """Whether the surface is symmetric under x -> -x, and under y -> -y."""
+        """Whether the surface is symmetric under x -> -x, and under y -> -y; planes and quadrics are."""
+        return True, True
 
     @property
     def numbers(self) -> dict[str, Any]:
@@ -260,11 +260,6 @@ class Flat(Surface):
     kind: ClassVar[str] = "flat"
 
     @property
-    def mirrors(self) -> tuple[bool, bool]:
-        """True for both: a plane is symmetric under x -> -x and under y -> -y."""
-        return True, True
-
-    @property
     def is_flat(self) -> bool:
         """True: the surface is the plane z = 0."""
         return True
@@ -282,11 +277,6 @@ class Quadric(Surface):
     @abstractmethod
     def principal_axes(self) -> tuple[float, float, float]:
         """Half the quadric's widths a, b and c along x, y and z [m]."""
-
-    @property
-    def mirrors(self) -> tuple[bool, bool]:
-        """True for both: quadrics about their axes are symmetric under x -> -x and under y -> -y."""
-        return True, True
 
     def jet(self, x: Array, y: Array) -> Jet:
         """Height and derivatives; NaN beyond the quadric's widest outline."""
@@ -313,7 +303,6 @@ class SphereCap(Quadric):
     kind: ClassVar[str] = "sphere"
 
     def __post_init__(self) -> None:
-        """Normalise the number's type."""
         object.__setattr__(self, "radius", _length("radius", self.radius))
 
     @property
@@ -334,7 +323,6 @@ class CylinderSector(Quadric):
     kind: ClassVar[str] = "cylinder"
 
     def __post_init__(self) -> None:
-        """Normalise the number's type."""
         object.__setattr__(self, "radius", _length("radius", self.radius))
 
     @property
@@ -355,7 +343,6 @@ class EllipsoidCap(Quadric):
     kind: ClassVar[str] = "ellipsoid"
 
     def __post_init__(self) -> None:
-        """Normalise number types."""
         try:
             a, b, c = self.semi_axes
         except (TypeError, ValueError):
@@ -385,7 +372,6 @@ class SurfacePatch(Surface):
     kind: ClassVar[str] = "patch"
 
     def __post_init__(self) -> None:
-        """Normalise number types and refuse values that do not form a spline."""
         given = [real_numbers(one) for one in (self.knots_x, self.knots_y, self.coefficients)]
         # Zero without a sign: equal patches would have different descriptions otherwise.
         numbers = [one.astype(float) + 0.0 for one in given if one is not None]

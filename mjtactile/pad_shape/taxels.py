@@ -30,19 +30,16 @@ _MOST_BANDS = 8
 class FreeTaxels:
     """Taxels at arbitrary points; readings of such a pad have the shape (taxels,).
 
-    Args:
-        points: centres in the pad frame [m], (n, 3); z is 0 in the middle of the sensing surface and negative below it.
-        radii: radius of the ball that each taxel averages over [m], (n,); None for the pad's sampling radius.
-
     Raises:
         PadError: the points are not finite and of shape (n, 3), or a radius is not positive.
     """
 
+    #: Centres in the pad frame [m], (n, 3); z is 0 in the middle of the sensing surface and negative below it.
     points: tuple[tuple[float, float, float], ...]
+    #: Radius of the ball that each taxel averages over [m], (n,); None for the pad's sampling radius.
     radii: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        """Normalise number types and refuse invalid points and radii."""
         points = _numbers("points", self.points)
         if points.ndim != 2 or points.shape[1] != 3 or not len(points):
             raise PadError(f"taxels = {shortened(self.points)}, points of shape {points.shape}; {_WHAT}.")
@@ -94,7 +91,7 @@ class FreeTaxels:
 
 
 def depth_bands(depths: Array, radius: float) -> list[Indices]:
-    """Group taxels into bands of similar depth, top first; each band is drawn as one layer.
+    """Ascending indices of taxels in bands of similar depth, top first; each band is drawn as one layer.
 
     A band ends where the next taxel is deeper by more than `radius`. So taxels in separate layers form one band each,
     and taxels at evenly spread depths form a single band.
@@ -102,9 +99,6 @@ def depth_bands(depths: Array, radius: float) -> list[Indices]:
     Args:
         depths: of the taxels [m], shape (n,).
         radius: of their balls [m].
-
-    Returns:
-        Indices of each band's taxels, ascending.
     """
     order = np.argsort(depths, kind="stable")
     ends = np.flatnonzero(np.diff(depths[order]) > radius) + 1

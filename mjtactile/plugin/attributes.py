@@ -14,7 +14,8 @@ import mujoco
 import numpy as np
 
 from mjtactile._native import library, pointer
-from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
+from mjtactile.contact.options import TILTS, contact_options
+from mjtactile.contact.tangentials import TANGENTIALS
 from mjtactile.errors import InfluenceError, MeshError, PresetError, SceneError, of_type
 from mjtactile.fidelity import CONTACT_LAWS, DEFAULT, PRESETS, Fidelity, as_fidelity, fidelity_from_text
 from mjtactile.influence.cache import influence_matrices
@@ -34,10 +35,7 @@ _SWITCH = {"": False, "off": False, "on": True}
 
 
 def known_pad(name: str) -> Pad:
-    """The pad that a text names.
-
-    Args:
-        name: a registered name, the text of a pad (`mjtactile.pad_text`), or a file of saved influence matrices.
+    """The pad of a registered name, of a text (`mjtactile.pad_text`), or of a file of saved influence matrices.
 
     Raises:
         SceneError: it is none of these, or the text does not describe a pad.
@@ -51,10 +49,7 @@ def known_pad(name: str) -> Pad:
 
 
 class Attributes:
-    """The attributes of one sensor, parsed.
-
-    Args:
-        values: text of each attribute, by its name; empty if the model does not set the attribute.
+    """The attributes of one sensor, parsed from texts by name; a text is empty if the model does not set the attribute.
 
     Raises:
         SceneError: a value is invalid; the message lists the valid ones.

@@ -209,12 +209,7 @@ def _is_issued(text: str) -> bool:
 
 
 def message(names: Names, note: Note) -> str:
-    """Text of a warning; the same for the same pad, body and kind of problem.
-
-    Args:
-        names: texts of the pad.
-        note: the problem that the core has noted.
-    """
+    """Text of a warning; the same for the same pad, body and kind of problem."""
     who = f"pad '{names.pad}', {names.body(int(note.body))}"
     return (
         f"{who}: strains are no longer small ({names.pressure}, or {names.indentation}), so the readings of this "

@@ -20,39 +20,22 @@ _WRENCH, _STATE = 6, 4
 
 
 class Found(NamedTuple):
-    """Readings of a pad in one state, and its contacts.
+    """Readings of a pad in one state, and its contacts."""
 
-    Attributes:
-        readings: von Mises stress [Pa], of shape `Pad.reading_shape`.
-        forces: on the surface grid's nodes, pad frame [N], (nodes y, nodes x, 3).
-        rim: ends of the edges of the areas under pressure, with the area on their left, pad frame [m], (edges, 2, 2).
-        wrench: wrench of all contacts, force [N] and moment about the pad's origin [N m], pad frame, (6,).
-        carried: the part of the wrench that the readings carry, likewise, (6,).
-        range: largest ratio of a contact's strain to the limit of small strains [-].
-        indentation: largest indentation of the surface [m].
-        area: area under pressure [m^2].
-        peak: largest mean pressure over a contact cell [Pa].
-    """
-
-    readings: Array
-    forces: Array
+    readings: Array  #: von Mises stress [Pa], of shape `Pad.reading_shape`
+    forces: Array  #: on the surface grid's nodes, pad frame [N], (nodes y, nodes x, 3)
+    #: Ends of the edges of the areas under pressure, with the area on their left, pad frame [m], (edges, 2, 2).
     rim: Array
-    wrench: Array
-    carried: Array
-    range: float
-    indentation: float
-    area: float
-    peak: float
+    wrench: Array  #: wrench of all contacts, force [N] and moment about the pad's origin [N m], pad frame, (6,)
+    carried: Array  #: the part of the wrench that the readings carry, likewise, (6,)
+    range: float  #: largest ratio of a contact's strain to the limit of small strains [-]
+    indentation: float  #: largest indentation of the surface [m]
+    area: float  #: area under pressure [m^2]
+    peak: float  #: largest mean pressure over a contact cell [Pa]
 
 
 class NativeReader:
     """Reader of one pad of one model, in the compiled core. Threads that share it wait for each other.
-
-    Args:
-        how: options of the readings.
-        geom: id of the pad's geom.
-        pad: name of the pad in warnings.
-        bodies: names of the model's bodies.
 
     Raises:
         NativeError: the core cannot read the structures of this MuJoCo.

@@ -86,7 +86,7 @@ def _resolve(model: int | None, geom: int, values: Any, instance: Any) -> int:
     try:
         from mjtactile.plugin.attributes import Attributes, fill
 
-        fill(to, model, geom, Attributes(dict(zip(attribute_names(), _texts(values), strict=True))))
+        fill(to, model, geom, Attributes({name: values[k].decode() for k, name in enumerate(attribute_names())}))
     except MjTactileError as error:
         to.error = str(error).encode()[: ERROR_SIZE - 1]
         return 0
@@ -99,10 +99,6 @@ def _resolve(model: int | None, geom: int, values: Any, instance: Any) -> int:
             to.exception_type, to.exception = id(type(error)), id(error)
         return 0
     return 1
-
-
-def _texts(values: Any) -> list[str]:
-    return [values[i].decode() for i in range(len(attribute_names()))]
 
 
 @_Release

@@ -42,12 +42,7 @@ def needed(kind: str) -> tuple[str, ...]:
 
 
 def register(folder: Path, file: str, *, optional: bool = False) -> Entry:
-    """Add a module's file to the registry in its folder, or update its entry.
-
-    Args:
-        folder: folder of the registry.
-        file: name of the module's file in it.
-        optional: whether the module is used only on request.
+    """Add a module's file to the registry in its folder, or update its entry; it may be for use on request only.
 
     Raises:
         RecognitionError: the file is not a module.

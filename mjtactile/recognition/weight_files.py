@@ -42,11 +42,7 @@ class Stored:
 def write_weights(path: Path, arrays: dict[str, np.ndarray], metadata: dict[str, Any], pad: Pad) -> None:
     """Write weights, completely or not at all, with metadata, the pad's fingerprint and checksums.
 
-    Args:
-        path: path of the file.
-        arrays: weights by name.
-        metadata: plain values, among them "layers", the indices of the sensing layers that are used.
-        pad: the pad that the weights are for.
+    The metadata are plain values, among them "layers", the indices of the sensing layers that are used.
 
     Raises:
         OSError: the file cannot be written.
@@ -68,10 +64,7 @@ def write_weights(path: Path, arrays: dict[str, np.ndarray], metadata: dict[str,
 
 
 def read_weights(path: Path) -> Stored:
-    """Read weights and metadata, and verify the file's checksums.
-
-    Args:
-        path: file written by `write_weights`.
+    """Read weights and metadata that `write_weights` wrote, and verify the file's checksums.
 
     Raises:
         RecognitionError: there is no such file, or it is damaged.
@@ -95,11 +88,7 @@ def read_weights(path: Path) -> Stored:
 
 
 def check_pad(stored: Stored, pad: Pad | None) -> None:
-    """Check that weights are for a pad, or for that pad with only the sensing layers that they use.
-
-    Args:
-        stored: the weights.
-        pad: the pad; None: nothing is checked.
+    """Check that weights are for a pad, or for that pad with only the sensing layers that they use; None passes.
 
     Raises:
         RecognitionError: the weights are for another pad; the message names both.

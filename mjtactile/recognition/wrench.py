@@ -51,21 +51,16 @@ class EstimatedWrenches:
 
 @dataclass(frozen=True, eq=False)
 class WrenchRecogniser(Generic[Result]):
-    """Estimates force and position from readings, and the torsional moment if the network has that output.
-
-    Attributes:
-        view: principal components for the features.
-        estimator: estimates tangential over pressing force (2) [-], position (2) [m], optionally torsional moment over
-            pressing force [m], and the logarithm of the pressing force over the readings' size.
-        taught: presses with which readings are compared; None if the weights have none.
-    """
+    """Estimates force and position from readings, and the torsional moment if the network has that output."""
 
     #: Name of the network in the weights.
     name: ClassVar[str]
 
-    view: PrincipalComponents
+    view: PrincipalComponents  #: principal components for the features
+    #: Estimates tangential over pressing force (2) [-], position (2) [m], optionally torsional moment over pressing
+    #: force [m], and the logarithm of the pressing force over the readings' size.
     estimator: Estimator
-    taught: TaughtPresses | None = None
+    taught: TaughtPresses | None = None  #: presses with which readings are compared; None if the weights have none
 
     @classmethod
     def from_stored(cls, view: PrincipalComponents, stored: Stored, taught: TaughtPresses | None = None) -> Self:
@@ -85,12 +80,7 @@ class WrenchRecogniser(Generic[Result]):
         return self.from_seen(self.view.see(flat), batch)
 
     def from_seen(self, seen: Seen, batch: tuple[int, ...]) -> Result:
-        """Recognise from features that were computed before.
-
-        Args:
-            seen: the features, of n readings.
-            batch: batch axes of the readings; their product is n.
-        """
+        """Recognise from features that were computed before, of as many readings as the product of their batch axes."""
         values, deviations = self.estimator(seen.features)
         pressing = np.exp(values[:, -1]) * seen.size
         # Each mirror changes the sign of the torsional moment.

@@ -13,10 +13,7 @@ _CASES = "benchmarks"
 
 
 def asset_path(name: str) -> Path:
-    """Absolute path of a model, scene or benchmark case.
-
-    Args:
-        name: name of the file, such as "scenes/press.xml" or "models/xml/star.xml".
+    """Absolute path of a model, scene or benchmark case by its name, such as "scenes/press.xml".
 
     Raises:
         SceneError: there is no such file; the message lists the existing ones.

@@ -64,9 +64,7 @@ def pad_mjcf(pad: Pad | None = None) -> str:
 def indenter_mjcf(indenter: Indenter, *, pad: Pad | None = None) -> str:
     """MJCF of the indenter alone: one body with its name, its lowest point at the body's origin.
 
-    Args:
-        indenter: the body that presses.
-        pad: the pad that it presses on; the default pad if None. Only for a flat pad, a flat punch has feet.
+    A flat punch has feet only for a flat pad, as the default one is.
     """
     root, on_feet = document(indenter.name), pad is None or pad.surface.is_flat
     _add_meshes(root, indenter, on_feet=on_feet)
@@ -134,12 +132,7 @@ def press_mjcf(
 
 
 def document(model: str, *, module: str = "sim/mjcf.py") -> ET.Element:
-    """Root element of a model, with a comment that names the Python file that writes it.
-
-    Args:
-        model: name of the model.
-        module: path of that file in the package.
-    """
+    """Root element of a model, with a comment that names the Python file of the package that writes it."""
     root = ET.Element("mujoco", model=model)
     root.append(ET.Comment(f" Made by mjtactile/{module}. Metres, kilograms, newtons. "))
     return root
@@ -171,13 +164,7 @@ def _parts(indenter: Indenter) -> list[tuple[str, trimesh.Trimesh]]:
 
 
 def add_pad_meshes(root: ET.Element, pad: Pad, name: str) -> None:
-    """Add the meshes of a curved pad, `<name>`, `<name>_piece_1` and so on; none for a flat pad.
-
-    Args:
-        root: root element of the model.
-        pad: the pad; the meshes are in its frame.
-        name: name of the first mesh.
-    """
+    """Add the meshes of a curved pad, in its frame, `<name>`, `<name>_piece_1` and so on; none for a flat pad."""
     if pad.surface.is_flat:
         return
     solid = pad_solid(pad)

@@ -51,14 +51,7 @@ def plugin_config(model: mujoco.MjModel, instance: int, attribute: str) -> str:
 def element_id(
     model: mujoco.MjModel, kind: mujoco.mjtObj, name: str, argument: str, error: type[MjTactileError] = SceneError
 ) -> int:
-    """Id of an element of a compiled model by its name; -1 if there is none.
-
-    Args:
-        model: compiled model.
-        kind: what the element is.
-        name: of the element; MuJoCo itself crashes on None.
-        argument: name of the argument that holds the name, for the error message.
-        error: what to raise.
+    """Id of an element of a compiled model by its name; -1 if there is none. MuJoCo itself crashes on None as a name.
 
     Raises:
         MjTactileError: `error`, if the name is no text.
@@ -69,12 +62,7 @@ def element_id(
 
 
 def check_data(model: mujoco.MjModel, data: mujoco.MjData, whose: str) -> None:
-    """Refuse data of another model, in which geoms and readings are elsewhere.
-
-    Args:
-        model: compiled model.
-        data: to be checked.
-        whose: what the model is, for the error message.
+    """Refuse data of another model, in which geoms and readings are elsewhere; `whose` says what the model is.
 
     Raises:
         SceneError: `data` belongs to another model, or is no MjData.
@@ -102,12 +90,7 @@ def is_data_of(model: mujoco.MjModel, data: object) -> bool:
 
 
 def is_pad_sensor(model: mujoco.MjModel, sensor: int) -> bool:
-    """Whether a sensor of a compiled model is one of the plugin "mjtactile.pad".
-
-    Args:
-        model: compiled model.
-        sensor: index of the sensor; False for a negative one.
-    """
+    """Whether a sensor of a compiled model is one of the plugin "mjtactile.pad"; False for a negative index."""
     import mujoco
 
     if sensor < 0 or model.sensor_type[sensor] != mujoco.mjtSensor.mjSENS_PLUGIN:

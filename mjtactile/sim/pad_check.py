@@ -21,12 +21,7 @@ _MESH_TOLERANCE = 3e-5
 
 
 def pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:
-    """Id of the geom that is a pad.
-
-    Args:
-        model: compiled model.
-        name: name of the geom.
-        pad: the pad whose shape the geom must have.
+    """Id of the geom that is a pad, by its name.
 
     Raises:
         SceneError: the model has no such geom, or the geom does not have the pad's shape.
@@ -44,12 +39,7 @@ def pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:
 
 
 def check_pad_geom(model: Any, geom: int, pad: Pad) -> None:
-    """Check that a geom has the shape of a pad.
-
-    Args:
-        model: compiled model, or a `ModelCopy` of one.
-        geom: id of the geom.
-        pad: the pad whose shape the geom must have.
+    """Check that a geom of a compiled model, or of a `ModelCopy` of one, has the shape of a pad.
 
     Raises:
         SceneError: the geom of a flat pad is not a box of its size, or that of a curved pad not a mesh of its shape

@@ -86,9 +86,6 @@ def contact_constants(contact: str) -> dict[str, Any]:
       speed times this time constant; a stiffer contact would open and bounce.
     - margin 0, as "stiff".
 
-    Args:
-        contact: "stiff", "soft", "press" or "hand".
-
     Raises:
         SceneError: there is no such contact.
     """
@@ -171,12 +168,7 @@ def pad_geoms(spec: mujoco.MjSpec, name: str) -> list[mujoco.MjsGeom]:
 
 
 def pad_pieces(model: Any, geom: int) -> list[int]:
-    """Ids of all geoms of a pad: its own and, for a pad with hollows, `<name>_piece_1` and so on.
-
-    Args:
-        model: compiled model, or a `ModelCopy` of one.
-        geom: id of the pad's geom.
-    """
+    """Ids of all geoms of a pad in a model or a `ModelCopy` of one: for hollows also `<name>_piece_1` and so on."""
     pieces = [geom]
     if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_MESH:
         return pieces
@@ -190,12 +182,7 @@ def pad_pieces(model: Any, geom: int) -> list[int]:
 
 
 def piece_names(pad: str, solid: PadSolid) -> list[str]:
-    """Names of the geoms or meshes of a curved pad: its own, and `<name>_piece_1` and so on.
-
-    Args:
-        pad: name of the first geom or mesh.
-        solid: the pad's solid.
-    """
+    """Names of a curved pad's geoms or meshes by that of the first: for hollows also `<name>_piece_1` and so on."""
     return [pad, *(f"{pad}{PIECE}{number}" for number in range(1, len(solid.pieces)))]
 
 

@@ -54,11 +54,7 @@ class _Part(NamedTuple):
 def pad_solid(pad: Pad) -> PadSolid:
     """The solid of a pad as meshes, swept along its normals.
 
-    Args:
-        pad: a flat or curved pad.
-
-    Returns:
-        Its pieces: as few as possible with hulls within `PROUD` of the surface, but at most `MOST_PIECES`.
+    They are as few pieces as possible with hulls within `PROUD` of the surface, but at most `MOST_PIECES`.
     """
     x, y = pad.size[0] / 2, pad.size[1] / 2
     proud = PROUD

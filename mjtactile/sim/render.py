@@ -44,7 +44,7 @@ def render_scene(
     camera: str | mujoco.MjvCamera | None = None,
     mark: Callable[[Any], None] | None = None,
 ) -> npt.NDArray[np.uint8]:
-    """Render the state in `data`.
+    """Render the state in `data` as RGB, shape (height, width, 3), top row first.
 
     Args:
         model: compiled model.
@@ -53,9 +53,6 @@ def render_scene(
         height: height of the image [pixels].
         camera: name of a camera of the model, or an `MjvCamera`; a view of the whole scene if None.
         mark: function that may change the `mujoco.MjvScene` before rendering.
-
-    Returns:
-        RGB, shape (height, width, 3), top row first.
 
     Raises:
         RenderError: OpenGL does not work (the message names the packages to install), the model has no such camera, or
@@ -72,13 +69,9 @@ def render_scene(
 
 
 class Renderer:
-    """Draws states of one model, off-screen, in an OpenGL context of its own.
+    """Draws states of one model, off-screen, of a width and a height [pixels], in an OpenGL context of its own.
 
     OpenGL allows a context in one thread at a time: draw all pictures in the thread that made the renderer.
-
-    Args:
-        model: compiled model.
-        width, height: size of the images [pixels].
 
     Raises:
         RenderError: OpenGL does not work; the message names the packages to install.
@@ -165,12 +158,9 @@ def free_left() -> None:
 
 @cache
 def working_backend(requested: str | None = None) -> str:
-    """The OpenGL backend to use: MUJOCO_GL if it is set, otherwise the first of `BACKENDS` that works.
+    """The OpenGL backend to use: `requested`, else MUJOCO_GL if it is set, else the first of `BACKENDS` that works.
 
     Each is tried in a process of its own, because a broken driver may abort, hang, or break the other backend.
-
-    Args:
-        requested: used in place of MUJOCO_GL.
 
     Raises:
         RenderError: none works.

@@ -50,24 +50,15 @@ class PadContacts(NamedTuple):
 
 
 def site_frame(data: mujoco.MjData, site: int) -> PadFrame:
-    """The pad frame of a site, which is on the sensing surface with its z axis out of the pad.
-
-    Args:
-        data: state of the model, after a step or a forward pass.
-        site: id of the site.
-    """
+    """The pad frame of a site on the sensing surface, z out of the pad, after a step or a forward pass."""
     return PadFrame(data.site_xpos[site], data.site_xmat[site].reshape(3, 3))
 
 
 def geom_frame(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> PadFrame:
     """The pad frame of a pad's geom: at the centre of a box's +z face, or the original frame of a mesh's vertices.
 
-    MuJoCo moves a mesh to its centre of mass and rotates it to its axes of inertia; that is undone here.
-
-    Args:
-        model: compiled model.
-        data: its state, after a step or a forward pass.
-        geom: id of the geom.
+    MuJoCo moves a mesh to its centre of mass and rotates it to its axes of inertia; that is undone here. The data are
+    those after a step or a forward pass.
 
     Raises:
         SceneError: the geom is neither a box nor a mesh.
@@ -89,7 +80,7 @@ def geom_frame(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> PadFram
 def contact_wrenches(
     model: mujoco.MjModel, data: mujoco.MjData, pad_geom: int, frame: PadFrame | None = None
 ) -> PadContacts:
-    """Wrenches of other geoms on the pad, from the contacts of the last forward pass.
+    """The wrench of each geom that touches the pad, from the contacts of the last forward pass; empty without contact.
 
     MuJoCo gives the force and torque of the first geom on the second, in the contact's axes, the rows of
     `contact.frame`. The pad may be either geom, which determines the sign. With R the pad's rotation, C the contact's
@@ -100,9 +91,6 @@ def contact_wrenches(
         data: its state after `mj_step` or `mj_forward`.
         pad_geom: id of the pad's geom. Contacts of other geoms of the same body are not included.
         frame: the pad frame; that of the pad's geom if None.
-
-    Returns:
-        The wrench of each touching geom; empty without contact.
 
     Raises:
         SceneError: there is contact, `frame` is None, and the geom is neither a box nor a mesh.

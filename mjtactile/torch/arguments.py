@@ -17,11 +17,7 @@ from mjtactile.units import is_whole
 
 
 def matrices_of(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str | Fidelity | None) -> InfluenceMatrices:
-    """Influence matrices of a pad or from a file; given matrices are returned unchanged.
-
-    Args:
-        pad: matrices, or what `attach_pad` accepts as a pad.
-        fidelity: of the matrices of a pad; "balanced" by default.
+    """Influence matrices of a pad, as `attach_pad` accepts it; given matrices are returned unchanged.
 
     Raises:
         CorruptInfluenceError: a file holds no influence matrices.

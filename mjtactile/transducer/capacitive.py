@@ -54,7 +54,6 @@ class CapacitiveCell:
     full_signal: float = 5.0  #: voltage at which the converter saturates [V]; 0 V is the cell at rest
 
     def __post_init__(self) -> None:
-        """Refuse values outside their ranges."""
         for name in ("side", "gap", "cover", "young", "conversion", "full_signal"):
             require_positive(f"CapacitiveCell {name}", getattr(self, name))
         if not 0.0 <= finite_number(self.poisson) <= 0.5:

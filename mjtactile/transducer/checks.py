@@ -20,12 +20,7 @@ def require_positive(name: str, value: object, expected: str = "a positive numbe
 
 
 def require_numbers(name: str, values: npt.ArrayLike, expected: str) -> Array:
-    """Values given to a sensing element as an array of the same shape.
-
-    Args:
-        name: of the argument.
-        values: the argument; NaN and infinity are accepted.
-        expected: for the error message.
+    """Values given to a sensing element as an array of the same shape; NaN and infinity are accepted.
 
     Raises:
         TransducerError: they are not real numbers.
@@ -55,13 +50,7 @@ def require_signal(signal: npt.ArrayLike) -> Array:
 
 
 def require_vectors(name: str, values: npt.ArrayLike, components: int, expected: str) -> Array:
-    """Vectors given to a sensing element as an array, shape (..., components).
-
-    Args:
-        name: of the argument.
-        values: the argument.
-        components: length of its last axis.
-        expected: what they are, for the error message.
+    """Vectors given to a sensing element as an array, shape (..., components); `expected` says what they are.
 
     Raises:
         TransducerError: they are not real numbers, or the last axis has another length.

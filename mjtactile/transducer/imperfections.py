@@ -32,7 +32,6 @@ class Imperfections:
     adc_bits: int | None = None  #: resolution of the converter over the signal's range; None: not rounded
 
     def __post_init__(self) -> None:
-        """Refuse values outside their ranges."""
         for name, most in (
             ("noise", math.inf),
             ("signal_noise", math.inf),
@@ -71,16 +70,13 @@ TYPICAL = Imperfections(
 
 
 def coupled(stress: Array, crosstalk: float) -> Array:
-    """Stress after crosstalk: each taxel passes a fraction of its stress to each of its four neighbours in the layer.
+    """Stress [Pa] after crosstalk: each taxel passes a fraction of its own to each of its four neighbours in the layer.
 
     Taxels at the rim have fewer neighbours and keep the rest, so the sum over a layer and uniform fields do not change.
 
     Args:
         stress: (..., rows, columns) [Pa].
         crosstalk: the fraction c [-]; a taxel with four neighbours keeps 1 - 4 c.
-
-    Returns:
-        Stress [Pa], same shape.
     """
     if crosstalk == 0.0:
         return stress

@@ -42,7 +42,6 @@ class PiezoresistiveElement:
     full_signal: float = 5.0  #: output at the full scale [V]
 
     def __post_init__(self) -> None:
-        """Refuse values outside their ranges."""
         for name in ("full_force", "area", "normal_sensitivity", "shear_sensitivity", "full_signal"):
             require_positive(f"PiezoresistiveElement {name}", getattr(self, name))
 

@@ -15,13 +15,12 @@ LEAST_LENGTH = 1e-4
 def force_arrow(wrench: Array, length: float, pad: Pad | None = None) -> Array | None:
     """The force on the pad as an arrow from the centre of pressure; a pressing force points into the pad.
 
+    Tail and head in the pad frame [m], (2, 3); None for a force too small to be drawn.
+
     Args:
         wrench: force [N] and moment about the pad's origin [N m], pad frame, (6,).
         length: length of the arrow per force [m/N].
         pad: gives the surface; a flat one if None.
-
-    Returns:
-        Tail and head in the pad frame [m], (2, 3); None for a force too small to be drawn.
     """
     arrow = wrench[:3] * length
     tail = centre_of_pressure(wrench, pad)
@@ -31,13 +30,12 @@ def force_arrow(wrench: Array, length: float, pad: Pad | None = None) -> Array |
 def twist_arrow(wrench: Array, length: float, pad: Pad | None = None) -> Array | None:
     """The moment about the surface's normal at the centre of pressure, as an arrow along the normal.
 
+    Tail and head in the pad frame [m], (2, 3); None for a moment too small to be drawn.
+
     Args:
         wrench: force [N] and moment about the pad's origin [N m], pad frame, (6,).
         length: length of the arrow per moment [m/(N m)].
         pad: gives the surface; a flat one if None.
-
-    Returns:
-        Tail and head in the pad frame [m], (2, 3); None for a moment too small to be drawn.
     """
     tail = centre_of_pressure(wrench, pad)
     normal = np.array([0.0, 0.0, 1.0]) if pad is None else pad.surface.normals(tail[0], tail[1])

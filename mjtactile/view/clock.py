@@ -16,12 +16,7 @@ class Clock:
         self._simulated = 0.0
 
     def wait(self, simulated: float, speed: float) -> None:
-        """Sleep until real time has reached the simulation's time.
-
-        Args:
-            simulated: time of the simulation [s].
-            speed: simulated time over real time [-].
-        """
+        """Sleep until real time has reached the simulated time [s], of which `speed` passes per real time [-]."""
         now = time.perf_counter()
         if self._due is None or simulated < self._simulated:
             self._due = now

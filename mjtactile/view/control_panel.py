@@ -17,13 +17,7 @@ _HANDLE = 0.15
 
 
 class ControlPanel:
-    """Buttons and sliders.
-
-    Args:
-        server: viser's server.
-        model: the model that is shown.
-        controls: where the requests are written.
-    """
+    """Buttons and sliders in the page of a model; they write requests to `controls`."""
 
     def __init__(self, server: viser.ViserServer, model: mujoco.MjModel, controls: Controls) -> None:
         self._server, self._controls = server, controls

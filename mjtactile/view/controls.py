@@ -9,31 +9,19 @@ from mjtactile._types import Array
 
 @dataclass(eq=False)
 class Controls:
-    """Requests that the page writes and the viewer reads between two steps.
+    """Requests that the page writes and the viewer reads between two steps."""
 
-    Attributes:
-        paused: the simulation is paused.
-        steps: number of single steps to make while it is paused.
-        recording: frames are recorded.
-        replaying: the recording is shown, and the simulation is paused.
-        speed: simulated time over real time [-], for loops that use `Clock`.
-        force_length: length of arrows per force [m/N].
-        twist_length: length of arrows per moment [m/(N m)].
-        controls: new values by the actuator's id, not yet written to the simulation.
-        body: id of the body that is selected for dragging; None for none.
-        dragged_to: target of the dragged body in the world [m]; None while nobody drags.
-    """
-
-    paused: bool = False
-    steps: int = 0
-    recording: bool = False
-    replaying: bool = False
-    speed: float = 1.0
-    force_length: float = 0.01
-    twist_length: float = 5.0
+    paused: bool = False  #: the simulation is paused
+    steps: int = 0  #: number of single steps to make while it is paused
+    recording: bool = False  #: frames are recorded
+    replaying: bool = False  #: the recording is shown, and the simulation is paused
+    speed: float = 1.0  #: simulated time over real time [-], for loops that use `Clock`
+    force_length: float = 0.01  #: length of arrows per force [m/N]
+    twist_length: float = 5.0  #: length of arrows per moment [m/(N m)]
+    #: New values by the actuator's id, not yet written to the simulation.
     controls: dict[int, float] = field(default_factory=dict)
-    body: int | None = None
-    dragged_to: Array | None = None
+    body: int | None = None  #: id of the body that is selected for dragging; None for none
+    dragged_to: Array | None = None  #: target of the dragged body in the world [m]; None while nobody drags
 
     @property
     def holds(self) -> bool:

@@ -82,12 +82,7 @@ def checked_pads(
 
 
 def take_frame(data: mujoco.MjData, pads: Mapping[str, TactileSensor]) -> Frame:
-    """A frame with a copy of the simulation's current state.
-
-    Args:
-        data: state of the simulation, after a step or a forward pass.
-        pads: sensors by name.
-    """
+    """A frame with a copy of the simulation's current state, after a step or a forward pass, and pads by name."""
     # Contacts are solved a second time for the outlines; the plugin has already issued their warnings.
     with quiet_contacts():
         felt = {name: _shown_pad(data, sensor) for name, sensor in pads.items()}

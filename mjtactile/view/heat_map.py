@@ -40,14 +40,7 @@ class Scale:
         self._lately = LEAST_SCALE
 
     def follow(self, readings: Sequence[npt.NDArray[np.float32]]) -> float:
-        """Update the scale with the readings of a frame.
-
-        Args:
-            readings: readings of each pad [Pa].
-
-        Returns:
-            The new upper end of the scale [Pa].
-        """
+        """Update the scale with the readings of each pad in a frame [Pa], and return its new upper end [Pa]."""
         now = max((float(one.max()) for one in readings), default=0.0)
         self._lately = max(_DECAY * self._lately, now, LEAST_SCALE)
         power = 10.0 ** np.floor(np.log10(self._lately))

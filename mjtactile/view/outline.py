@@ -14,13 +14,10 @@ _LEVEL, _BEARS = 0.5, 0.1
 
 
 def pressed_outline(load: SurfaceLoad | None) -> Array:
-    """Line segments around the area under pressure, pad frame [m], (segments, 2, 2).
+    """Line segments around the area under pressure of a load, pad frame [m], (segments, 2, 2); none without a load.
 
     The lines are accurate to a cell of the surface grid. `SurfaceLoad.contact` is accurate to a contact cell, but takes
     several times as long.
-
-    Args:
-        load: on the pad; None without contact.
     """
     from contourpy import contour_generator
 

@@ -35,14 +35,7 @@ _LIFT = 2e-4
 
 
 class Page:
-    """The page in the browser. Everything runs in the simulation's thread, except the callbacks of controls.
-
-    Args:
-        server: viser's server.
-        model: the model that is shown.
-        pads: sensors by name.
-        controls: where the page writes requests.
-    """
+    """The page of a model and its pads. Everything runs in the simulation's thread, except callbacks of controls."""
 
     def __init__(
         self, server: viser.ViserServer, model: mujoco.MjModel, pads: Mapping[str, TactileSensor], controls: Controls
@@ -115,13 +108,7 @@ class Page:
 
 
 class PadMarks:
-    """A pad's arrows and outline in the scene, in a frame that moves with the pad.
-
-    Args:
-        server: viser's server.
-        number: index of the pad.
-        sensor: the pad's sensor.
-    """
+    """Arrows and outline of the pad of that number in the scene, in a frame that moves with the pad."""
 
     def __init__(self, server: viser.ViserServer, number: int, sensor: TactileSensor) -> None:
         self._pad = sensor.pad

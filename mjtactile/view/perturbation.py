@@ -13,11 +13,7 @@ _LEAST_INVERSE = 1e-9
 
 
 class Perturbation:
-    """The spring between one body and a point.
-
-    Args:
-        model: its `vis.map.stiffness` scales the spring.
-    """
+    """The spring between one body and a point; its stiffness scales with the model's `vis.map.stiffness`."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model = model

@@ -18,11 +18,7 @@ _LAST_PORT = 65535
 
 
 def check_host(host: str, *, anyone: bool) -> None:
-    """Refuse addresses that other machines can reach, unless allowed: every visitor controls the simulation.
-
-    Args:
-        host: address to listen on.
-        anyone: whether other machines may connect.
+    """Refuse an address that other machines can reach, unless `anyone` may: every visitor controls the simulation.
 
     Raises:
         ViewError: other machines may not connect, but can reach the address.

@@ -17,7 +17,8 @@ from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.wrench_basis import WrenchBasis
 from mjtactile.errors import ContactError, ContactWarning, FootprintError, MjTactileError, PadError
-from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
+from mjtactile.geometry.indenter import indenter_outline
+from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Layer, Pad
 

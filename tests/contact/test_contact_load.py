@@ -22,7 +22,8 @@ from mjtactile.errors import ContactError, ContactWarning, FootprintError, Influ
 from mjtactile.fem.line import Line
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.fidelity import Fidelity
-from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
+from mjtactile.geometry.indenter import indenter_outline
+from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.geometry.planar import polygons_of, triangulate
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices

@@ -19,7 +19,8 @@ from mjtactile.attach import attach_pad
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import ContactWarning, SceneError
-from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline, punch, sphere
+from mjtactile.geometry.indenter import indenter_outline, punch, sphere
+from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad, TaxelGrid, force_vector
 from mjtactile.sensor import TactileSensor

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import gamma
 
-from mjtactile.fem.symmetry import QUADRANTS, fold_points
+from mjtactile.fem.symmetry import BOTH, fold_points
 from mjtactile.fem.taxel_quadrature import Sampling, _ball_rule, _taxel_rule, layer_sampling
 from mjtactile.pad import Layer, Pad, TaxelGrid
 
@@ -148,7 +148,7 @@ def sample_points(sampling: Sampling, taxel: int) -> tuple[np.ndarray, np.ndarra
     average = sampling.average
     entries = slice(average.indptr[taxel], average.indptr[taxel + 1])
     quadrant, index = np.divmod(average.indices[entries], len(sampling.positions))
-    signs = np.array([(*QUADRANTS[q], 1) for q in quadrant])
+    signs = np.array([(*BOTH.images[q], 1) for q in quadrant])
     return sampling.positions[index] * signs, average.data[entries]
 
 
@@ -247,7 +247,7 @@ def test_folded_points_unfold_to_where_they_were():
     positions = np.array([[1, 2, -1], [-1, 2, -1], [1, -2, -1], [-1, -2, -1], [0, 3, -2], [-0.5, 0, -1]]) * 1e-3
     folded = fold_points(positions, 1e-12)
     assert len(folded.positions) == 3
-    signs = np.array([(*QUADRANTS[q], 1) for q in folded.quadrant])
+    signs = np.array([(*BOTH.images[q], 1) for q in folded.quadrant])
     np.testing.assert_allclose(folded.positions[folded.index] * signs, positions, atol=1e-12)
 
 

@@ -13,7 +13,8 @@ from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import PresetError
 from mjtactile.fem.line import Line
 from mjtactile.fem.vertex_loads import corner_weights, onto_corners, require_corners_mirrored
-from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
+from mjtactile.geometry.indenter import indenter_outline
+from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.storage import in_storage
 from mjtactile.influence.surface_load import SurfaceLoad
 

@@ -14,7 +14,6 @@ from shapely import Point, Polygon, affinity
 
 from mjtactile.errors import IndenterError
 from mjtactile.geometry.indenter import (
-    INDENTER_NAMES,
     Indenter,
     box,
     convex_pieces,
@@ -25,6 +24,7 @@ from mjtactile.geometry.indenter import (
     punch,
     sphere,
 )
+from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.geometry.planar import convex_parts, even_parts, support_points
 from mjtactile.geometry.solid import face_outline, is_prism
 

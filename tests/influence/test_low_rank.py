@@ -12,7 +12,8 @@ from small_pads import COARSE, LAYERED_PAD
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.fidelity import Fidelity
-from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
+from mjtactile.geometry.indenter import indenter_outline
+from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.cache import build_influence
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.storage import in_storage

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.fidelity import Fidelity, MeshDensity
-from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
+from mjtactile.geometry.indenter import indenter_outline
+from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.cache import build_influence
 from mjtactile.influence.storage import in_storage
 from mjtactile.influence.stress_matrix import narrow, narrow_to_bytes, widen

@@ -13,7 +13,8 @@ from small_pads import COARSE, in_double_precision
 
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
-from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
+from mjtactile.geometry.indenter import indenter_outline
+from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.storage import in_storage
 from mjtactile.influence.surface_load import SurfaceLoad

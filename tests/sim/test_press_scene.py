@@ -14,7 +14,6 @@ from mujoco_versions import older_than
 
 from mjtactile.errors import IndenterError, PadError, SceneError
 from mjtactile.geometry.indenter import (
-    INDENTER_NAMES,
     box,
     cylinder,
     indenter_outline,
@@ -22,6 +21,7 @@ from mjtactile.geometry.indenter import (
     mesh_indenter,
     sphere,
 )
+from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.geometry.solid import face_outline
 from mjtactile.pad import Layer, Pad, TaxelGrid, force_vector
 from mjtactile.sim.assets import asset_path, available_assets

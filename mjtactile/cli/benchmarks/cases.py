@@ -93,12 +93,7 @@ class PressCase:
         }
 
     def load(self, influence: InfluenceMatrices, body: Body | None = None) -> SurfaceLoad:
-        """The tractions of this press by the contact law of the influence matrices' fidelity.
-
-        Args:
-            influence: matrices of the pad.
-            body: pressed in place of the case's own body, for example the same body moved.
-        """
+        """The tractions of this press, or of `body` in place of its own, by the law of the matrices' fidelity."""
         footprint = (self.body if body is None else body).footprint(influence.surface)
         return contact_load(influence, footprint, self.force, **self.contact(influence.fidelity.law))
 

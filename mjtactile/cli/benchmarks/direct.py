@@ -34,14 +34,7 @@ class Response(NamedTuple):
 
 
 def solve(pad: Pad, density: MeshDensity, loads: Sequence[SurfaceLoad], *, threads: int | None = None) -> Response:
-    """Solve the finite elements of a pad for some loads.
-
-    Args:
-        pad: the pad that is pressed.
-        density: density of the mesh.
-        loads: tractions on the surface grid of the same mesh.
-        threads: threads that work at once, at most four; by default one per core.
-    """
+    """Solve the finite elements of a pad for loads on its mesh, with at most four threads, by default one per core."""
     mesh = sheet_mesh(pad, density)
     mirrors = MirrorPlanes(*mesh.outer.mirrors)
     layers = [layer_sampling(pad, k, density.points_at(k)) for k in range(pad.sensing_layers)]

@@ -32,10 +32,7 @@ _COUNT, _TURNS, _STEPS, _STEPS_OF_ONE = 64, 25, 2, 40
 
 
 def envs_benchmark(*, quick: bool = False) -> dict[str, Any]:
-    """Time of a step by environment, observation and fidelity: medians over several turns.
-
-    Args:
-        quick: measure one environment in two turns, for tests.
+    """Time of a step by environment, observation and fidelity: medians over turns, few of one environment if `quick`.
 
     Returns:
         `mujoco_version`; `count`, the number of environments at once; `threads`, which environments and `mj_step` use;

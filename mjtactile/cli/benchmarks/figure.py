@@ -20,10 +20,7 @@ _OTHER_MARKER = "D"
 
 
 def trade_figure(result: dict[str, Any]) -> Figure:
-    """Plot the error of every measured fidelity against its time per update, on logarithmic axes.
-
-    Args:
-        result: what `trade.trade_benchmark` returned.
+    """Plot the error of every fidelity of a `trade_benchmark` against its time per update, on logarithmic axes.
 
     Raises:
         MissingExtraError: matplotlib is not installed.

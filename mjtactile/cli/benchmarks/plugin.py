@@ -9,9 +9,11 @@ rounds. The least of the rounds' medians counts for each scene, because other pr
 from __future__ import annotations
 
 import itertools
+import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -286,8 +288,7 @@ _TACTILE_RUNS = 100
 def plugin_benchmark(*, quick: bool = False) -> dict[str, Any]:
     """Measure the time that the sensor adds to a step in every scene, and the speed-up of a batch of simulations.
 
-    Args:
-        quick: measure preset "fast" alone in an eighth of the runs, for tests.
+    If `quick`, for tests, only preset "fast" is measured, in an eighth of the runs.
 
     Returns:
         "mujoco_version"; "instruction_set" of the core; "rows", each with "name", "added_s", the time that the sensor
@@ -297,9 +298,6 @@ def plugin_benchmark(*, quick: bool = False) -> dict[str, Any]:
     Raises:
         MjTactileError: a sensor reads nothing under its punch.
     """
-    import tempfile
-    from pathlib import Path
-
     runs = 5 if quick else 12
     presets = ("fast",) if quick else ("fast", "balanced")
     with tempfile.TemporaryDirectory() as folder:
@@ -325,41 +323,37 @@ def _cases(presets: tuple[str, ...], table: str) -> Iterator[tuple[str, PluginSc
     """Name of each case, its scene with the sensor, and the same scene without."""
     for shape in ("box", "star"):
         yield _tactile_case(shape)
-    yield "no contact", PluginScene(sensor="ours", touched=0), PluginScene(touched=0)
-    for moving in (False, True):
-        for shape in ("box", "star"):
-            for preset in presets:
-                common: dict[str, Any] = {"shape": shape, "moving": moving}
-                name = f"{'moving' if moving else 'unchanged'} {shape}, {preset}"
-                yield name, PluginScene(sensor="ours", fidelity=preset, **common), PluginScene(**common)
-    for shape in BODIES:
-        for preset in presets:
-            bare = PluginScene(shape=shape, moving=True)
-            yield f"moving {shape}, {preset}", replace(bare, sensor="ours", fidelity=preset), bare
+    for name, bare, options in _cases_of_ours(presets, table):
+        yield name, replace(bare, sensor="ours", **options), bare
+
+
+def _cases_of_ours(presets: tuple[str, ...], table: str) -> Iterator[tuple[str, PluginScene, dict[str, Any]]]:
+    """Name of each case of our sensor, its scene without the sensor, and the sensor's options."""
+    yield "no contact", PluginScene(touched=0), {}
+    for moving, shape, preset in itertools.product((False, True), ("box", "star"), presets):
+        name = f"{'moving' if moving else 'unchanged'} {shape}, {preset}"
+        yield name, PluginScene(shape=shape, moving=moving), {"fidelity": preset}
+    for shape, preset in itertools.product(BODIES, presets):
+        yield f"moving {shape}, {preset}", PluginScene(shape=shape, moving=True), {"fidelity": preset}
     for shape, way, preset in itertools.product(_SHEARED, _WAYS, presets):
-        bare = PluginScene(shape=shape, moving=True)
-        ours = replace(bare, sensor="ours", fidelity=preset, tangential=way.strip(", "))
-        yield f"moving {shape}{way}{preset}", ours, bare
+        options = {"fidelity": preset, "tangential": way.strip(", ")}
+        yield f"moving {shape}{way}{preset}", PluginScene(shape=shape, moving=True), options
     for preset in presets:
         bare = PluginScene(shape="ball", moving=True, curved=True)
-        yield f"moving ball on a dome, {preset}", replace(bare, sensor="ours", fidelity=preset), bare
+        yield f"moving ball on a dome, {preset}", bare, {"fidelity": preset}
+    fingers = FingersScene(pads=5, touched=5)
     for preset in presets:
-        bare = FingersScene(pads=5, touched=5, curved=True)
-        yield f"five domes around a ball, {preset}", replace(bare, sensor="ours", fidelity=preset), bare
-        fingers = FingersScene(pads=5, touched=5)
+        yield f"five domes around a ball, {preset}", replace(fingers, curved=True), {"fidelity": preset}
         for threads, name in ((1, ""), (2, " on two threads")):
             if threads == 1 or hasattr(mujoco, "mju_threadpool"):
                 bare = replace(fingers, threads=threads)
-                ours = replace(bare, sensor="ours", fidelity=preset)
-                yield f"five fingers around a ball{name}, {preset}", ours, bare
+                yield f"five fingers around a ball{name}, {preset}", bare, {"fidelity": preset}
     if table:
-        bare = PluginScene(moving=True)
         name = f"moving box, balanced with {_CELLS} cells"
-        yield name, PluginScene(moving=True, sensor="ours", fidelity="", table=table), bare
+        yield name, PluginScene(moving=True), {"fidelity": "", "table": table}
     for touched in range(6):
-        common = {"pads": 5, "touched": touched}
         name = f"five pads, {touched} touched, {presets[-1]}"
-        yield name, PluginScene(sensor="ours", fidelity=presets[-1], **common), PluginScene(**common)
+        yield name, PluginScene(pads=5, touched=touched), {"fidelity": presets[-1]}
 
 
 def _tactile_case(shape: str) -> tuple[str, PluginScene, PluginScene]:

@@ -24,10 +24,7 @@ from mjtactile.units import MILLIMETRE
 
 
 def small_contacts_benchmark(presets: Sequence[str] = tuple(PRESETS)) -> dict[str, Any]:
-    """Measure presets under a ball's pressure on circles of several sizes, at several places.
-
-    Args:
-        presets: names; by default all.
+    """Measure presets, all by default, under a ball's pressure on circles of several sizes, at several places.
 
     Returns:
         "radii_m", the circles' radii [m]; and "errors", by preset the relative L2 errors of the top layer's readings

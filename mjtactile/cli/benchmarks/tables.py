@@ -25,8 +25,7 @@ def mesh_table(result: dict[str, Any]) -> str:
     titles = ["mesh", "build", "table", "peak memory", "load", "update, new footprint", "update, same footprint"]
     rows = []
     for name, row in result["meshes"].items():
-        errors = list(row["errors"].values())
-        error = "-" if name == result["reference"] else f"{np.median(errors):.2%} ({max(errors):.2%})"
+        error = "-" if name == result["reference"] else _median_worst(list(row["errors"].values()))
         sizes = [f"{row['table_bytes'] / 1e6:.0f} MB", f"{row['peak_memory_bytes'] / 1e9:.2f} GB"]
         times = [f"{row[f'{kind}_footprint_s'] * 1e3:.1f} ms" for kind in ("new", "same")]
         rows.append([name, f"{row['build_s']:.1f} s", *sizes, f"{row['load_s'] * 1e3:.0f} ms", *times, error])
@@ -124,12 +123,9 @@ def stored_runs() -> dict[str, Any]:
 
 
 def today_table(others: list[dict[str, Any]], trade: dict[str, Any], plugin: dict[str, Any]) -> str:
-    """The README's table: two presets beside the sensors that people use today, in Markdown.
+    """The README's table in Markdown: two presets beside the sensors that people use today.
 
-    Args:
-        others: the entries `[[other]]` of benchmarks/today.toml.
-        trade: a result of `mjtactile bench trade`.
-        plugin: a result of `mjtactile bench plugin`.
+    The arguments are the entries `[[other]]` of benchmarks/today.toml, and results of `bench trade` and `bench plugin`.
     """
     added = {row["name"]: row["added_s"] for row in plugin["rows"]}
     titles = ["", "reports", "below the surface", "error against CalculiX", "box adds to a step", "star adds to a step"]

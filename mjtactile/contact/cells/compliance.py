@@ -37,20 +37,14 @@ _THIN_LAYER = 0.5
 
 @dataclass(frozen=True, eq=False)
 class SurfaceCompliance:
-    """Compliance of one pad's surface between any contact cells; make it with `surface_compliance`.
+    """Compliance of one pad's surface between any contact cells; make it with `surface_compliance`."""
 
-    Attributes:
-        normal_factor: of the half space, (1 - nu) / (2 pi G) [1/Pa].
-        poisson: Poisson ratio of the half space [-].
-        remainder: compliance of the sheet minus that of the half space between patches [m/N], shape (3, patches, 3,
-            patches); patches row by row, components along the axes of `Surface.frames`.
-        lines: boundaries of the patches along x and y [m].
-    """
-
-    normal_factor: float
-    poisson: float
+    normal_factor: float  #: of the half space, (1 - nu) / (2 pi G) [1/Pa]
+    poisson: float  #: Poisson ratio of the half space [-]
+    #: Compliance of the sheet minus that of the half space between patches [m/N], shape (3, patches, 3, patches);
+    #: patches row by row, components along the axes of `Surface.frames`.
     remainder: Array
-    lines: tuple[Array, Array]
+    lines: tuple[Array, Array]  #: boundaries of the patches along x and y [m]
 
     @cached_property
     def splines(self) -> tuple[PPoly, PPoly]:
@@ -125,7 +119,7 @@ def _sheet_compliance(influence: InfluenceMatrices, lines: tuple[Array, Array]) 
 def _nodal_shares(line: Line, ends: Array) -> Array:
     """Nodal forces of a unit force uniform over each patch [-], (patches, nodes); Simpson's rule is exact here."""
     shares = np.zeros((len(ends) - 1, line.node_count))
-    patch = np.searchsorted(ends, (line.vertices[:-1] + line.vertices[1:]) / 2) - 1
+    patch = np.searchsorted(ends, line.middles) - 1
     for place, share in enumerate((1 / 6, 4 / 6, 1 / 6)):
         np.add.at(shares, (patch, 2 * np.arange(line.element_count) + place), share * line.sizes)
     return shares / np.diff(ends)[:, None]

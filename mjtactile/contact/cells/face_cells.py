@@ -17,14 +17,10 @@ from mjtactile.influence.surface_load import Area
 
 
 class CoreCells:
-    """Cells of an outline in the compiled core.
-
-    Attributes:
-        handle: pointer to the core's object, an argument of the core's functions.
-    """
+    """Cells of an outline in the compiled core."""
 
     def __init__(self, handle: int) -> None:
-        self.handle = ctypes.c_void_p(handle)
+        self.handle = ctypes.c_void_p(handle)  #: pointer to the core's object, an argument of the core's functions
         self._free = library().mjt_face_cells_free
 
     def __del__(self) -> None:

@@ -23,22 +23,14 @@ class HalfSpaceResponses:
     """Means over pairs of patches, each of shape (patches, patches).
 
     (x, y) is the vector from a point of the second patch to a point of the first, r its length.
-
-    Attributes:
-        inverse_distance: of 1/r [1/m].
-        xx: of y^2/r^3 [1/m].
-        xy: of -x y/r^3 [1/m].
-        yy: of x^2/r^3 [1/m].
-        along: of x/r^2 [1/m].
-        across: of y/r^2 [1/m].
     """
 
-    inverse_distance: Array
-    xx: Array
-    xy: Array
-    yy: Array
-    along: Array
-    across: Array
+    inverse_distance: Array  #: of 1/r [1/m]
+    xx: Array  #: of y^2/r^3 [1/m]
+    xy: Array  #: of -x y/r^3 [1/m]
+    yy: Array  #: of x^2/r^3 [1/m]
+    along: Array  #: of x/r^2 [1/m]
+    across: Array  #: of y/r^2 [1/m]
 
     def compliance(self, factor: float, poisson: float) -> Array:
         """Mean displacement per force [m/N], shape (3, patches, 3, patches), z out of the pad.
@@ -78,12 +70,7 @@ def half_space(edges: Array, sides: npt.NDArray[np.integer[Any]], cells: int) ->
 
 
 def flat_responses(x: Array, y: Array) -> HalfSpaceResponses:
-    """Responses of patches of a flat surface, by row.
-
-    Args:
-        x: boundaries of the patches along x, ascending [m].
-        y: boundaries along y [m].
-    """
+    """Responses of patches of a flat surface, by row, between ascending boundaries along x and along y [m]."""
     areas = np.outer(np.diff(y), np.diff(x)).ravel()
     return HalfSpaceResponses(*half_space(*_patch_edges(x, y), len(areas)) / (areas[:, None] * areas))
 
@@ -91,10 +78,7 @@ def flat_responses(x: Array, y: Array) -> HalfSpaceResponses:
 def bent_responses(x: Array, y: Array, outer: Surface) -> HalfSpaceResponses:
     """Responses of patches of a curved surface, by row, components along each patch's own axes.
 
-    Args:
-        x: boundaries of the patches along x in the projection, ascending [m].
-        y: boundaries along y [m].
-        outer: the surface.
+    The patches are between ascending boundaries along x and along y in the projection [m].
     """
     found = _far(x, y, outer)
     columns, rows = len(x) - 1, len(y) - 1

@@ -112,14 +112,7 @@ def rub(robot: Arm) -> float:
 
 
 class Ride:
-    """Moves one axis of the wrist to a position with limited acceleration.
-
-    Args:
-        robot: the robot.
-        axis: "x", "y" or "z".
-        to: final displacement of the wrist [m].
-        speed: largest speed [m/s].
-    """
+    """Moves axis "x", "y" or "z" of the wrist to a displacement [m] with limited speed [m/s] and acceleration."""
 
     def __init__(self, robot: Arm, axis: str, to: float, *, speed: float) -> None:
         self._robot, self._axis, self._to, self._most = robot, axis, to, speed
@@ -151,11 +144,7 @@ class Ride:
 def raise_object(robot: Arm, law: GripLaw, height: float, *, speed: float) -> None:
     """Lift the held object while the grip follows the load; the motion halts when the object is about to slip.
 
-    Args:
-        robot: the robot, with the object between its fingers.
-        law: the grip law.
-        height: final displacement of the wrist [m].
-        speed: largest speed after the object has left the table [m/s].
+    The wrist ends at a displacement `height` [m]; `speed` is its largest after the object has left the table [m/s].
     """
     start = robot.time
     # The first millimetres are slow, because the load increases until the object leaves the table.
@@ -173,12 +162,9 @@ def hold(robot: Arm, law: GripLaw, time: float) -> None:
 
 
 def lower(robot: Arm, lowest: float, *, speed: float) -> bool:
-    """Lower the held object until it lands. Returns whether it did.
+    """Lower the held object, at rest, at most at a speed [m/s] until it lands. Returns whether it did.
 
-    Args:
-        robot: the robot, with the object between its fingers, at rest.
-        lowest: displacement of the wrist at which the attempt fails [m].
-        speed: largest speed [m/s].
+    The attempt fails when the wrist's displacement is `lowest` [m].
     """
     weight = float(np.mean([-robot.tick().pull[1] for _ in range(_RUBBING_TICKS)]))
     ride = Ride(robot, "z", lowest, speed=speed)
@@ -211,13 +197,7 @@ _FOLLOWS, _LEFT = 0.5, 0.75
 
 
 class SlipReflex:
-    """Computes the commanded grip at each tick and increases it when the object slips.
-
-    Args:
-        law: the grip law, with the estimated friction.
-        grip: present command [N]; it does not change unless the object slips.
-        period: time between ticks [s].
-    """
+    """Computes the commanded grip [N] at each tick, a period [s] apart, and increases it when the object slips."""
 
     def __init__(self, law: GripLaw, grip: float, period: float) -> None:
         self.law, self.grip = law, grip  #: the grip law, with the latest estimate of friction, and the command [N]

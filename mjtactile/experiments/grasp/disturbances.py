@@ -72,12 +72,7 @@ class Disturbance:
 
 
 def disturbance(drawn: np.random.Generator, *, slips: bool) -> Disturbance:
-    """A random disturbance.
-
-    Args:
-        drawn: generator to draw from.
-        slips: whether the disturbance makes the object slip.
-    """
+    """A random disturbance, which makes the object slip or not."""
     kind = str(drawn.choice(SLIPS if slips else QUIET))
     amounts = {"wet": _WET, "less": _LESS}.get(kind, _OVERLOAD if slips else _LOAD)
     return Disturbance(

@@ -42,11 +42,7 @@ def handover_task(drawn: np.random.Generator) -> HandoverTask:
 def hand_over(task: HandoverTask, touch: TouchSense, *, fidelity: str, blind: bool = False) -> dict[str, Any]:
     """Lift the object, put it down on the shelf, release it, and return the judge's results.
 
-    Args:
-        task: the trial.
-        touch: the controller's sense of touch.
-        fidelity: fidelity of the readings.
-        blind: whether to lower by the mean distance and release, ignoring touch.
+    If `blind`, touch is ignored: the wrist is lowered by the mean distance.
 
     Returns:
         The task's values; "success"; "force", the largest force on the shelf in excess of the weight [N], and "drop",

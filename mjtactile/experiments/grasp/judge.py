@@ -14,12 +14,7 @@ CRUSHING = 20.0
 
 
 class Judge:
-    """Records what happens at each step; pass it to `Robot` as `watch`.
-
-    Args:
-        model: model of the scene.
-        support: name of the geom that the object stands on.
-    """
+    """Records what happens at each step to an object on the geom `support`; pass it to `Robot` as `watch`."""
 
     def __init__(self, model: mujoco.MjModel, *, support: str = "table") -> None:
         self.peak = 0.0  #: largest force on a pad so far [N]

@@ -66,14 +66,7 @@ class LiftTask:
         furnish: Callable[[mujoco.MjSpec], Any] = lambda _: None,
         support: str = "table",
     ) -> tuple[Robot, Judge]:
-        """The robot in its scene, and the judge.
-
-        Args:
-            touch: the controller's sense of touch.
-            fidelity: fidelity of the readings.
-            furnish: adds things to the scene.
-            support: name of the geom on which the object is to stand.
-        """
+        """The robot in its scene, to which `furnish` adds things, and the judge; `support` as in `Judge`."""
         grasped = GraspObject(size=self.size, mass=self.mass, friction=self.friction)
         pads = FingertipPads(fidelity=fidelity)
         spec = grasp_spec(grasped, wrist="xz", pose=self.pose, grasp_height=self.grasp_height, pads=pads)
@@ -98,13 +91,7 @@ def lift_task(drawn: np.random.Generator) -> LiftTask:
 
 
 def lift(task: LiftTask, touch: TouchSense, *, fidelity: str, blind_grip: float | None = None) -> dict[str, Any]:
-    """Lift the object and return the judge's results.
-
-    Args:
-        task: the trial.
-        touch: the controller's sense of touch.
-        fidelity: fidelity of the readings.
-        blind_grip: constant grip of a controller without touch [N]; None for the tactile controller.
+    """Lift the object, with a constant `blind_grip` [N] or else by touch, and return the judge's results.
 
     Returns:
         The task's values; "needed", the least grip that holds the object [N]; "felt_friction", the estimated friction
@@ -217,9 +204,6 @@ def lift_figure(results: dict[str, list[Result]]) -> Figure:
     """Draw the grip at the end of each trial against the least grip that holds the object.
 
     Crosses are objects that were dropped or crushed.
-
-    Args:
-        results: results of the trials by condition.
 
     Raises:
         MissingExtraError: matplotlib is not installed.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from pathlib import Path
 
 from mjtactile._types import Array
 from mjtactile.experiments.grasp.known import PadLoads
@@ -14,13 +13,7 @@ from mjtactile.recognition import ForceRecogniser, ShapeRecogniser, load
 
 
 class PunchTouch(RecognisedTouch):
-    """Loads and shapes of punches on the pads, recognised from readings with noise.
-
-    Args:
-        noise: standard deviation of white noise over a pad's largest reading [-].
-        seed: seed of the noise.
-        weights: folder of the recognisers' weights; by default those of the package.
-    """
+    """Loads and shapes of punches on the pads, recognised from readings with noise; arguments as in `make_touch`."""
 
     def __init__(self, *, noise: float, seed: tuple[int, ...], weights: str | None = None) -> None:
         force, self._shape = punch_recognisers(weights)
@@ -39,13 +32,9 @@ class PunchTouch(RecognisedTouch):
 
 @lru_cache(maxsize=1)
 def punch_recognisers(weights: str | None) -> tuple[ForceRecogniser, ShapeRecogniser]:
-    """The recognisers of forces and of shapes on a gripper's pads.
-
-    Args:
-        weights: folder of other weights; None for those of the package.
+    """The recognisers of forces and of shapes on a gripper's pads; without a folder of weights, those of the package.
 
     Raises:
         RecognitionError: there are no weights, or they are for another pad.
     """
-    folder = None if weights is None else Path(weights)
-    return load("force", pad=Pad(), folder=folder), load("shape", pad=Pad(), folder=folder)
+    return load("force", pad=Pad(), folder=weights), load("shape", pad=Pad(), folder=weights)

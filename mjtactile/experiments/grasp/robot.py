@@ -40,11 +40,12 @@ class Robot:
             self.model, self.data = model, mujoco.MjData(model)
         self.steps_per_tick = STEPS_PER_TICK  #: number of MuJoCo steps between ticks
         self.grip = 0.0  #: commanded force of each finger [N]
+        drives = {one: mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, f"wrist_{one}") for one in "xyz"}
+        self._wrist = {axis: actuator for axis, actuator in drives.items() if actuator >= 0}
         #: Commanded displacement of the wrist by driven axis [m].
-        self.place = {axis: 0.0 for axis in "xyz" if _has_actuator(model, f"wrist_{axis}")}
+        self.place = dict.fromkeys(self._wrist, 0.0)
         self._touch, self._watch = touch, watch
         self._grip = model.actuator("grip").id
-        self._wrist = {axis: model.actuator(f"wrist_{axis}").id for axis in self.place}
         open_gripper(model, self.data, opening)
         self.felt = touch(model, self.data)  #: loads on the pads at the last tick
 
@@ -78,7 +79,3 @@ class Robot:
         step = min(abs(by), speed * self.period)
         self.place[axis] += step if by > 0.0 else -step
         return self.tick()
-
-
-def _has_actuator(model: mujoco.MjModel, name: str) -> bool:
-    return mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name) >= 0

@@ -54,7 +54,6 @@ class GraspObject:
     friction: float = 0.6  #: sliding, against pads and table [-]
 
     def __post_init__(self) -> None:
-        """Refuse invalid values."""
         if self.shape not in SHAPES:
             raise SceneError(f"object shape {self.shape!r} does not exist. Available: {', '.join(SHAPES)}.")
         for name, values in (("size", self.size), ("mass", (self.mass,)), ("friction", (self.friction,))):

@@ -51,11 +51,7 @@ def slip_task(drawn: np.random.Generator) -> SlipTask:
 class HeldObject:
     """A lifted object that is subjected to several disturbances, each from the same initial state.
 
-    Args:
-        task: the object.
-        touch: the controller's sense of touch.
-        fidelity: fidelity of the readings.
-        reacts: whether the slip reflex changes the grip; otherwise the grip is constant.
+    The slip reflex changes the grip only if `reacts`.
     """
 
     def __init__(self, task: LiftTask, touch: TouchSense, *, fidelity: str, reacts: bool = True) -> None:
@@ -145,11 +141,7 @@ def trial(settings: TrialSettings, condition: str, number: int) -> Result:
 
 
 def caught(one: dict[str, Any]) -> bool:
-    """Whether a slip was detected and the object stopped within `MOST_SLIP`, without being crushed.
-
-    Args:
-        one: a result of `HeldObject.through`.
-    """
+    """Whether a slip (`HeldObject.through`) was detected and stopped within `MOST_SLIP`, without crushing."""
     return one["held"] and one["alarm"] is not None and one["slid"] < MOST_SLIP and one["peak"] <= CRUSHING
 
 

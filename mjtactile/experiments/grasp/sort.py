@@ -73,11 +73,7 @@ def sort_task(drawn: np.random.Generator) -> SortTask:
 def sort_block(task: SortTask, touch: TouchSense, *, fidelity: str, told: str | None = None) -> dict[str, Any]:
     """Recognise a block's shape, lift the block and carry it to the bin of that shape.
 
-    Args:
-        task: the block.
-        touch: the controller's sense of touch. It recognises shapes if it is a `PunchTouch`.
-        fidelity: fidelity of the readings.
-        told: shape that the controller is told; it then recognises none.
+    The controller recognises shapes if its sense of touch is a `PunchTouch`, and none if it is told one.
 
     Returns:
         The task's values; "taken_for", the recognised or told shape; "looks", the number of looks; "right", whether the

@@ -24,10 +24,7 @@ class Estimate:
     def text(self, unit: str = "", *, scale: float = 1.0, digits: int = 1) -> str:
         """Text such as "97.5 % (94.3 to 98.9)"; without the interval if there are too few samples, "-" without any.
 
-        Args:
-            unit: text after the value.
-            scale: factor of all numbers.
-            digits: number of decimals.
+        The numbers are multiplied by `scale` and have so many decimals; `unit` follows the value.
         """
         if np.isnan(self.value):
             return "-"

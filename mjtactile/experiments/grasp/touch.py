@@ -6,7 +6,6 @@ The three have the same interface, so that a control law can be tested with each
 from __future__ import annotations
 
 from functools import lru_cache
-from pathlib import Path
 from typing import Protocol
 
 import mujoco
@@ -120,15 +119,12 @@ def make_touch(kind: str, *, noise: float, seed: tuple[int, ...], weights: str |
 
 @lru_cache(maxsize=2)
 def grasp_recogniser(weights: str | None) -> GraspRecogniser:
-    """The recogniser of forces and torsional moments on a gripper's pads.
-
-    Args:
-        weights: folder of other weights; None for those of the package.
+    """The recogniser of forces and torsional moments on a gripper's pads; without a folder of weights, the package's.
 
     Raises:
         RecognitionError: there are no weights, or they are for another pad.
     """
-    return load("grasp", pad=Pad(), folder=None if weights is None else Path(weights))
+    return load("grasp", pad=Pad(), folder=weights)
 
 
 def no_loads(readings: Array | None) -> PadLoads:

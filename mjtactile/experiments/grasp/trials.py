@@ -58,7 +58,7 @@ def run_trials(
     out: Path | None = None,
     progress: bool = True,
 ) -> dict[str, list[Result]]:
-    """Run all trials whose results are not in the file `out` yet.
+    """Run all trials whose results are not in the file `out` yet; return results by condition, in order.
 
     Args:
         experiment: the experiment.
@@ -66,9 +66,6 @@ def run_trials(
         workers: where trials run; the results do not depend on it. None: this process.
         out: file of results to write, or to continue if it has the same settings.
         progress: show a progress bar on a terminal.
-
-    Returns:
-        Results by condition, in order of their numbers.
 
     Raises:
         TrialsError: `out` contains results of other trials, or is another kind of file.

@@ -78,14 +78,9 @@ def pad_sensor(name: str, pads: FingertipPads) -> ET.Element:
 
 
 def add_pad(body: ET.Element, name: str, pad: Pad, surface: tuple[float, float, float], inward: float) -> None:
-    """Add a pad's geom and the site of its frame to a body.
+    """Add a pad's geom, and the site of its frame with its origin at `surface` [m], to a body.
 
-    Args:
-        body: the body.
-        name: name of the pad's sensor.
-        pad: the pad.
-        surface: origin of the pad frame in the body's frame [m].
-        inward: sign of the body's x axis along which the pad's z axis points; its y axis is the body's z axis.
+    Its z axis points along the body's x axis times `inward`, a sign; its y axis is the body's z axis.
     """
     axes = numbers((0.0, inward, 0.0, 0.0, 0.0, 1.0))
     look = contact_attributes("hand")  # its friction applies only to objects of lower priority

@@ -117,15 +117,7 @@ class Loop:
         return len(self.log.time)
 
     def tick(self, arm: int, commanded: Array | None = None) -> Recognised | None:
-        """Step the simulation by one tick and recognise the contact.
-
-        Args:
-            arm: index of the moving arm, for the log.
-            commanded: commanded force of this arm on the pad [N], (3,), for the log.
-
-        Returns:
-            The recognised contact; None without contact.
-        """
+        """Step the simulation by one tick and return the recognised contact, None without contact; see `Arms.tick`."""
         start = perf_counter()
         self.data.ctrl[self._actuators] = (self.targets - self._homes).ravel()
         for _ in range(self._every):

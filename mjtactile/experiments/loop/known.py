@@ -40,9 +40,7 @@ class Arms(Protocol):
     def tick(self, arm: int, commanded: Array | None = None) -> Recognised | None:
         """Advance one period and return the recognised contact; None without contact.
 
-        Args:
-            arm: index of the moving arm, for the log.
-            commanded: commanded force of this arm on the pad [N], (3,), for the log.
+        For the log: index of the moving arm, and its commanded force on the pad [N], (3,).
         """
         ...
 

@@ -81,14 +81,7 @@ def loop_recognisers(
 
 
 def judge(settings: LoopSettings, loop: Loop, held: list[HeldForce], put_away: list[Sorted]) -> dict[str, Any]:
-    """Evaluate a run: errors of the presses, bins of the sorted punches, and rates of the loop.
-
-    Args:
-        settings: settings of the run.
-        loop: the loop after the run.
-        held: commanded forces that were held.
-        put_away: punches that were put into bins.
-    """
+    """Evaluate a run after its end: errors of the presses, bins of the sorted punches, and rates of the loop."""
     judged = [_sort_judged(loop, each) for each in put_away]
     return {
         "settings": asdict(settings),

@@ -45,11 +45,7 @@ class LoopScene:
 
 
 def loop_scene(seed: int, *, pad: Pad | None = None) -> LoopScene:
-    """Make a scene with punches in random order and poses. The same seed gives the same scene.
-
-    Args:
-        seed: seed of the order and poses.
-        pad: the pad; the default pad if None.
+    """Make a scene with punches in random order and poses on a pad. The same seed gives the same scene.
 
     Raises:
         SceneError: the pad is too small for a punch.

@@ -60,13 +60,7 @@ def commanded_forces(count: int, seed: int) -> list[Array]:
 
 
 def press_forces(loop: Arms, arm: int, forces: Sequence[Array]) -> list[HeldForce]:
-    """Press the pad with the punch of one arm, with one commanded force after another.
-
-    Args:
-        loop: the arms.
-        arm: index of the arm.
-        forces: commanded forces on the pad [N], (3,) each.
-    """
+    """Press the pad with the punch of one arm, with one commanded force on the pad [N], (3,), after another."""
     servo = ForceServo(stiffness=ARM_STIFFNESS)
     rack = loop.targets[arm].copy()
     _over_pad(loop, arm)

@@ -75,13 +75,9 @@ class Training:
 def train(design: NetworkDesign, inputs: Array, targets: Array, training: Training) -> Networks:
     """Train one network per seed on all samples at once; the weights with the least training error are kept.
 
-    The training of a network stops at the tolerance, independently of the others.
+    Inputs have shape (samples, inputs), wanted outputs (samples, outputs).
 
-    Args:
-        design: design of the networks.
-        inputs: inputs of the samples, (samples, inputs).
-        targets: wanted outputs, (samples, outputs).
-        training: parameters of the training.
+    The training of a network stops at the tolerance, independently of the others.
     """
     precision, tolerance, iterations = training.precision, training.tolerance, training.iterations
     sizes = (inputs.shape[1], *design.hidden, targets.shape[1])

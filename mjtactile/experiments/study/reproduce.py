@@ -16,13 +16,7 @@ from mjtactile.workers import Workers, distributed
 def reproduce(
     settings: StudySettings, *, workers: int = 2, fresh: bool = False, progress: bool = True
 ) -> dict[str, Any]:
-    """Train and test all networks of the study; stored results of units are reused.
-
-    Args:
-        settings: extent of the study.
-        workers: number of processes, one core each; 1 for this process alone.
-        fresh: ignore stored results.
-        progress: show a progress bar on a terminal.
+    """Train and test all networks of the study in processes of one core; stored results are reused unless `fresh`.
 
     Returns:
         {"settings": ..., "foundation_difference": largest relative difference of readings under laws "foundation" and

@@ -82,11 +82,10 @@ def _count_right(answers: Array) -> Array:
 def _presented(influence: InfluenceMatrices, law: str, see: Callable[[Array], Array]) -> dict[str, Any]:
     """Test with circle, triangle and square in random order, ten times each, at random positions.
 
+    The result is {name: {"rate": by seed [-], "output": mean output of the true shape by seed}}.
+
     The paper does not say how the shapes were presented to its network. Here their centres are uniformly distributed
     over the disc of radius 1.25 mm about the pad's middle, as if the punches were put down by hand.
-
-    Returns:
-        {name: {"rate": by seed [-], "output": mean output of the true shape by seed}}.
     """
     drawn = np.random.default_rng(_PRESENTATION_SEED)
     order = drawn.permutation(np.repeat(np.arange(len(PRESENTED)), PRESENTATIONS // len(PRESENTED)))

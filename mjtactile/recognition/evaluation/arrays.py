@@ -33,14 +33,11 @@ class TransducerArray:
     calibrated: bool = False  #: whether gains and offsets are calibrated first
 
     def reported(self, presses: Array, seed: int) -> Array:
-        """Readings as arrays of this kind report them; each of several random arrays reads a part of the presses.
+        """Readings [Pa] as arrays of this kind report them; each of several random arrays reads a part of the presses.
 
         Args:
             presses: ideal readings, (presses, layers, rows, columns) [Pa].
             seed: seed of the first array; the others have the seeds that follow.
-
-        Returns:
-            Reported readings of the same shape [Pa].
         """
         shares = enumerate(np.array_split(presses, _DRAWN))
         return np.concatenate([self._of_one(share, seed + k) for k, share in shares if len(share)])

@@ -123,8 +123,7 @@ def evaluate(
 def recognisers(folder: Path | None = None) -> tuple[Pad, dict[str, tuple[ForceRecogniser, ShapeRecogniser]]]:
     """The pad that weights are for, and the evaluated recognisers of force and shape by layers ("all", "top").
 
-    Args:
-        folder: folder of other weights, see `evaluate`.
+    The folder is as in `evaluate`.
 
     Raises:
         RecognitionError: weights are missing or damaged, those of both layers are for different pads, or they do not
@@ -170,13 +169,7 @@ def _spec_values(settings: EvaluationSettings, law: str) -> dict[str, Any]:
 
 
 def protocol(influence: InfluenceMatrices, force: ForceRecogniser, shape: ShapeRecogniser) -> dict[str, Any]:
-    """Results on the test samples of Aoyagi 2008, computed without MuJoCo and without noise.
-
-    Args:
-        influence: influence matrices of the pad.
-        force: the recogniser of forces.
-        shape: the recogniser of shapes.
-    """
+    """Results on the test samples of Aoyagi 2008, computed without MuJoCo and without noise."""
     directions = np.array([force_vector(DIRECTION_FORCE * GRAM_FORCE, angle) for angle in ANGLES])
     found = force(_pressed(influence, "disc", (0.0, 0.0), directions))
     vectors = np.array([force_vector(f * GRAM_FORCE, angle) for angle in ANGLES for f in FORCES])

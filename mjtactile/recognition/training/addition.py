@@ -14,9 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from mjtactile._progress import progress_bar
 from mjtactile.recognition.shape import ShapeModule
-from mjtactile.recognition.training.fitting import Schedule, learning_rate, stored_layers
+from mjtactile.recognition.training.fitting import Schedule, descend, stored_layers
 from mjtactile.recognition.training.looker import Looker
 from mjtactile.recognition.training.shape_networks import FixedNetwork, PoseNetworks
 
@@ -102,32 +101,20 @@ def most_alike(looks: Looks, known: Sequence[ShapeModule], count: int) -> list[S
 
 
 def fit_module(network: NewModule, looks: Looks, schedule: Schedule, generator: torch.Generator, label: str) -> None:
-    """Fit a module to training samples; half of each batch is of the new shape.
+    """Fit a new module, in place, to training samples; half of each batch is of the new shape.
 
     In use, all shapes are equally likely a priori. So the bias is lowered by the logarithm of the number of existing
     shapes at the end.
-
-    Args:
-        network: the new module, changed in place.
-        looks: training samples.
-        schedule: hyperparameters.
-        generator: draws the batches.
-        label: text of the progress bar.
     """
     others = looks.scores.logsumexp(1)
     pools = [torch.nonzero(looks.own == own)[:, 0] for own in (True, False)]
     half = schedule.batch // 2
     answers = torch.cat([torch.ones(half), torch.zeros(half)])
-    optimiser = torch.optim.AdamW(network.parameters(), weight_decay=schedule.decay)
-    with progress_bar(label, schedule.steps) as advance:
-        for step in range(schedule.steps):
-            for group in optimiser.param_groups:
-                group["lr"] = learning_rate(schedule, step)
-            index = torch.cat([pool[torch.randint(len(pool), (half,), generator=generator)] for pool in pools])
-            odds = network(looks.inputs[index]) - others[index]
-            loss = torch.nn.functional.binary_cross_entropy_with_logits(odds, answers)
-            optimiser.zero_grad(set_to_none=True)
-            loss.backward()
-            optimiser.step()
-            advance(1)
+
+    def loss() -> torch.Tensor:
+        index = torch.cat([pool[torch.randint(len(pool), (half,), generator=generator)] for pool in pools])
+        odds = network(looks.inputs[index]) - others[index]
+        return torch.nn.functional.binary_cross_entropy_with_logits(odds, answers)
+
+    descend(network, loss, schedule, label)
     network.biases[-1].data -= float(np.log(looks.scores.shape[1]))

@@ -93,13 +93,7 @@ def read_examples(folder: Path, view: PrincipalComponents) -> Examples | None:
 
 
 def choose(presses: Presses, count: int, seed: int) -> np.ndarray:
-    """Indices of presses to keep as examples, in ascending order; spheres get a quarter of what other shapes get.
-
-    Args:
-        presses: the presses to choose from.
-        count: number of examples, approximately.
-        seed: seed of the choice.
-    """
+    """Ascending indices of about `count` presses to keep as examples; spheres get a quarter of other shapes' share."""
     names, of = np.unique(presses.shapes, return_inverse=True)
     share = np.where(names == "sphere", 0.25, 1.0)
     rng, chosen = np.random.default_rng(seed), []

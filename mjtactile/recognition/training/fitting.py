@@ -90,7 +90,7 @@ def fit(
     *,
     label: str,
 ) -> float:
-    """Fit a network by AdamW on noisy presses.
+    """Fit a network by AdamW on noisy presses; return the elapsed time [s].
 
     Args:
         network: maps features to outputs.
@@ -99,27 +99,33 @@ def fit(
         loss_of: function of outputs, indices of the presses and their sizes that returns the loss.
         schedule: hyperparameters.
         label: text of the progress bar.
-
-    Returns:
-        Elapsed time [s].
     """
     start, generator = time.perf_counter(), looker.generator
     pool = torch.tensor(train)
+
+    def loss() -> torch.Tensor:
+        index = pool[torch.randint(len(pool), (schedule.batch,), generator=generator)]
+        drawn = torch.rand((2, schedule.batch), generator=generator)
+        noise = torch.where(drawn[0] < schedule.quiet, 0.0, drawn[1] ** 2 * schedule.noise)
+        features, size = looker.features(index, noise, int(schedule.imperfect * schedule.batch))
+        return loss_of(network(features), index, size)
+
+    descend(network, loss, schedule, label)
+    return time.perf_counter() - start
+
+
+def descend(network: torch.nn.Module, draw_loss: Callable[[], torch.Tensor], schedule: Schedule, label: str) -> None:
+    """Change a network by AdamW; each call of `draw_loss` draws a batch and returns the network's loss on it."""
     optimiser = torch.optim.AdamW(network.parameters(), lr=schedule.rate, weight_decay=schedule.decay)
     with progress_bar(label, schedule.steps) as advance:
         for step in range(schedule.steps):
             for group in optimiser.param_groups:
                 group["lr"] = learning_rate(schedule, step)
-            index = pool[torch.randint(len(pool), (schedule.batch,), generator=generator)]
-            drawn = torch.rand((2, schedule.batch), generator=generator)
-            noise = torch.where(drawn[0] < schedule.quiet, 0.0, drawn[1] ** 2 * schedule.noise)
-            features, size = looker.features(index, noise, int(schedule.imperfect * schedule.batch))
-            loss = loss_of(network(features), index, size)
+            loss = draw_loss()
             optimiser.zero_grad(set_to_none=True)
             loss.backward()
             optimiser.step()
             advance(1)
-    return time.perf_counter() - start
 
 
 def rate(right: np.ndarray) -> str:
@@ -128,13 +134,7 @@ def rate(right: np.ndarray) -> str:
 
 
 def provenance(config: Any, dataset: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """Metadata of trained weights: configuration, versions, dataset and time.
-
-    Args:
-        config: a dataclass with the script's options; paths are left out.
-        dataset: metadata of the dataset.
-        seconds: duration of the training [s].
-    """
+    """Metadata of trained weights: configuration without its paths, versions, dataset and training time [s]."""
     import mujoco
 
     return {

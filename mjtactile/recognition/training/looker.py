@@ -15,13 +15,7 @@ from mjtactile.recognition.training.presses import Presses
 
 
 class Looker:
-    """Computes features of presses with random noise.
-
-    Args:
-        presses: the presses, in the octant and projected on principal components.
-        view: these principal components.
-        generator: draws the noise.
-    """
+    """Computes features of presses, in the octant and projected on a view's components, with random noise."""
 
     def __init__(self, presses: Presses | Examples, view: PrincipalComponents, generator: torch.Generator) -> None:
         self.readings = torch.tensor(presses.readings)
@@ -36,15 +30,12 @@ class Looker:
     def features(
         self, index: torch.Tensor, noise: torch.Tensor, imperfect: int = 0
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Features and sizes of some presses.
+        """Features of some presses, (n, parts + 1), and norms of their projections, (n,).
 
         Args:
             index: indices of the presses, (n,).
             noise: standard deviation over the press's largest reading [-], (n,).
             imperfect: number of presses, from the first on, that are read by imperfect transducers.
-
-        Returns:
-            Features, (n, parts + 1), and norms of the projections, (n,).
         """
         clean, energy = self.projected[index], self.energy[index]
         if imperfect:

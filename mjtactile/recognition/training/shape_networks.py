@@ -52,14 +52,7 @@ class FixedNetwork(torch.nn.Module):
 
 
 class ShapeNetworks(torch.nn.Module):
-    """One network with two hidden layers for each shape, without shared weights.
-
-    Args:
-        poses: fixed pose modules.
-        count: number of shapes.
-        width: number of units of each hidden layer.
-        inputs: number of inputs of each network: features and pose values.
-    """
+    """One network with two hidden layers of `width` units for each shape, after fixed pose modules."""
 
     def __init__(self, poses: PoseNetworks, count: int, width: int, inputs: int) -> None:
         super().__init__()
