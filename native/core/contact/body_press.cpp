@@ -133,9 +133,11 @@ bool BodyPress::press_map(const Touch& touch) {
 // Solve the contact of a body by its heights over the flat pad, or over the plane of a curved one: distances from that
 // surface below `floor` or above `ceiling` [m] do not count then.
 bool BodyPress::solve_over(const HeightMap& map, const Touch& touch, double floor, double ceiling) {
-  if (!is_curved()) return patch_.solve(map, surface(), touch.wrench, workspace_);
-  over_.place(map, plane_, floor, ceiling);
-  return patch_.solve(over_, surface(), touch.wrench, workspace_);
+  if (is_curved()) over_.place(map, plane_, floor, ceiling);
+  const HeightMap& over = is_curved() ? over_ : map;
+  if (!patch_.solve(over, surface(), touch.wrench, workspace_)) return false;
+  if (patch_.has_flat_rim()) patch_.refine_rim(over, surface(), touch.wrench, workspace_);
+  return true;
 }
 
 void BodyPress::sink(const BodyPress& other, SurfaceCompliance::Workspace& workspace) {

@@ -254,10 +254,23 @@ void PatchFace::find_rough(const CellContact& contact, double least, std::vector
   });
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     if (!pressed[i]) continue;
-    const double slope = std::hypot(gradients_[i].x - tilt[0], gradients_[i].y - tilt[1]);
-    const double rise = slope * std::sqrt(face_.areas[i]);
-    if (rise * weight(normal[i]) > kSteep * least) rough[i] = 1;
+    if (rise_across(i, tilt) * weight(normal[i]) > kSteep * least) rough[i] = 1;
   }
+}
+
+// Rise of the body, tilted, across a cell [m].
+double PatchFace::rise_across(std::size_t own, const double* tilt) const {
+  return std::hypot(gradients_[own].x - tilt[0], gradients_[own].y - tilt[1]) * std::sqrt(face_.areas[own]);
+}
+
+double PatchFace::flat_share(const CellContact& contact, const std::vector<std::uint8_t>& chosen, double most) const {
+  double flat = 0.0, all = 0.0;
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    if (!chosen[i]) continue;
+    all += contact.normal()[i];
+    if (rise_across(i, contact.slopes()) <= most) flat += contact.normal()[i];
+  }
+  return all > 0.0 ? flat / all : 0.0;
 }
 
 void PatchFace::find_rim(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& rim) const {

@@ -58,6 +58,8 @@ class PatchFace {
   void find_rough(const CellContact& contact, double least, std::vector<std::uint8_t>& rough) const;
   // Find the cells that press and have no cell beside them on some side.
   void find_rim(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& rim) const;
+  // Share of the force on chosen cells that is on those across which the body rises by at most `most` [m].
+  double flat_share(const CellContact& contact, const std::vector<std::uint8_t>& chosen, double most) const;
   // Add the cells between which the contact ends: those that press beside one that does not, and the other way round.
   void add_ends(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& to) const;
   // Find the cells that press or have a cell beside them that does.
@@ -88,6 +90,7 @@ class PatchFace {
   void find_slivers(const HeightWindow& view);
   void set_heights(const HeightWindow& view);
   static Arms arms_of(const Cell& cell);
+  double rise_across(std::size_t own, const double* tilt) const;
   double mean_height(const HeightWindow& view, std::size_t own, Point& gradient) const;
   static bool shortened(const double* room, Cell& cell);
   static void keep_on(const Rectangle& sheet, const Point& middle, Cell& cell);

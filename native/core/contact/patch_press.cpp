@@ -83,7 +83,10 @@ constexpr double kMoreUneven = 1.3;      // and factor on it if there are too ma
 constexpr double kMostSplit = 4.0;       // largest number of cells over that asked for,
 constexpr double kManySplit = 240.0;     // and largest number,
 constexpr double kMostOfMany = 2.0;      // or this times the number asked for, unless shear is solved for as well
-constexpr double kManyAtRim = 300.0;     // largest number of cells if they are split at a flat face's rim
+constexpr double kManyAtRim = 300.0;     // largest number of cells if they are split at a flat bottom's rim.
+// It is flat if it rises across a cell by at most kFlat times the depth, under kMostlyFlat of the rim's force. A box that
+// leans by two degrees, or the end of a lying cylinder, is not: smaller cells would cost its time for little.
+constexpr double kFlat = 0.3, kMostlyFlat = 0.75;
 
 // Tilts.
 constexpr double kSmallTilt = 0.2;       // lift of the contact, over the level, up to which a tilt needs no other look
@@ -311,6 +314,13 @@ bool PatchPress::leaves_uncovered(double share) const {
 bool PatchPress::too_many_to_split(double most) const {
   const auto count = static_cast<double>(std::count(chosen_.begin(), chosen_.end(), 1));
   return count > 0.0 && static_cast<double>(chosen_.size()) + 3.0 * count > most;
+}
+
+bool PatchPress::has_flat_rim() {
+  if (along_ridges()) return false;   // its cells cannot be split
+  laid_.cells().find_rim(laid_.pressed(), chosen_);
+  const double flat = kFlat * laid_.contact().indentation();
+  return laid_.cells().flat_share(laid_.contact(), chosen_, flat) > kMostlyFlat;
 }
 
 void PatchPress::refine_rim(const HeightMap& map, const ContactSurface& surface, const double* wrench,
