@@ -73,8 +73,8 @@ struct mjt_reader;
 MJT_API mjt_reader* mjt_reader_new(const mjt_instance* instance, int geom);
 MJT_API void mjt_reader_read(mjt_reader* reader, const void* model, const void* data, double* readings, double* stress,
                              double* forces, double* wrench, double* carried, double* state);
-/* Edges of the areas under pressure in the last reading with nodal forces, which are on their left: both ends (edges, 2,
-   2) [m], pad frame. Returns their number; `ends` may be null. */
+/* Edges of the areas under pressure in the last reading with nodal forces, which are on their left: both ends
+   (edges, 2, 2) [m], pad frame. Returns their number; `ends` may be null. */
 MJT_API size_t mjt_reader_rim(const mjt_reader* reader, double* ends);
 MJT_API void mjt_reader_health(const mjt_reader* reader, double* health);
 MJT_API void mjt_reader_free(mjt_reader* reader);

@@ -24,6 +24,9 @@ pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.MeshWarning")
         # Rods of which each had cells as many across as along.
         ("rods", 3014, "small", 2500),
         ("rods", 3015, "default", 2500),
+        # Steps of microns, whose rims press the most.
+        ("step", 3204, "small", 2500),
+        ("step", 3207, "small", 2500),
     ],
 )
 @pytest.mark.parametrize(("fidelity", "bound"), [("fast", 0.06), ("balanced", 0.04)])

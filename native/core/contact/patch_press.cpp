@@ -83,10 +83,10 @@ constexpr double kMoreUneven = 1.3;      // and factor on it if there are too ma
 constexpr double kMostSplit = 4.0;       // largest number of cells over that asked for,
 constexpr double kManySplit = 240.0;     // and largest number,
 constexpr double kMostOfMany = 2.0;      // or this times the number asked for, unless shear is solved for as well
-constexpr double kManyAtRim = 300.0;     // largest number of cells if they are split at a flat bottom's rim.
-// It is flat if it rises across a cell by at most kFlat times the depth, under kMostlyFlat of the rim's force. A box that
-// leans by two degrees, or the end of a lying cylinder, is not: smaller cells would cost its time for little.
-constexpr double kFlat = 0.3, kMostlyFlat = 0.75;
+// Cells are split at the rim of a bottom, up to this number, if it is flat there: if it rises across a cell by at most
+// kFlat times the depth, under kMostlyFlat of the rim's force. A box that leans by two degrees, or the end of a lying
+// cylinder, is not flat: smaller cells would cost its time for little.
+constexpr double kManyAtRim = 300.0, kFlat = 0.3, kMostlyFlat = 0.75;
 
 // Tilts.
 constexpr double kSmallTilt = 0.2;       // lift of the contact, over the level, up to which a tilt needs no other look
