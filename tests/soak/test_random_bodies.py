@@ -13,6 +13,8 @@ pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.MeshWarning")
         # Rings of a mesh whose facets make a level bottom of a quarter of a millimetre, under 14 to 45 mN.
         ("ring", 107, "small", 1600),
         ("ring", 151, "narrow", 1600),
+        # A ring over the rim of the pad, where its ridge goes on beyond the last line of the search's grid.
+        ("ring", 3202, "narrow", 2500),
         # Boxes on a sharp edge, of which the search's grid sees a tenth, under 11 and 18 mN.
         ("edge", 254, "small", 2500),
         ("edge", 101, "small", 2500),

@@ -15,6 +15,18 @@ constexpr double kUnlike = 0.5;
 // Heights of ridges are found up to this share of the strips' height.
 constexpr double kTolerance = 0.1;
 
+// Add rows and columns of cells: west, east, south, north. False if none is wanted.
+bool extend(const bool (&beyond)[4], Lattice& lattice) {
+  if (!beyond[0] && !beyond[1] && !beyond[2] && !beyond[3]) return false;
+  // The new middle, in coordinates of the old lattice.
+  const double along = (static_cast<double>(lattice.columns) + (beyond[1] ? 1.0 : 0.0) - (beyond[0] ? 1.0 : 0.0)) / 2;
+  const double across = (static_cast<double>(lattice.rows) + (beyond[3] ? 1.0 : 0.0) - (beyond[2] ? 1.0 : 0.0)) / 2;
+  lattice.centre = lattice.at(along, across);
+  lattice.columns += (beyond[0] ? 1u : 0u) + (beyond[1] ? 1u : 0u);
+  lattice.rows += (beyond[2] ? 1u : 0u) + (beyond[3] ? 1u : 0u);
+  return true;
+}
+
 // Add rows and columns of cells on the sides where the body continues beyond the lattice.
 void grow(const HeightWindow& view, const SampledLattices::Territory& territory, Lattice& lattice) {
   const auto counts = [&](double column, double row) {
@@ -23,7 +35,7 @@ void grow(const HeightWindow& view, const SampledLattices::Territory& territory,
   };
   for (std::size_t growth = 0; growth < kGrowths; ++growth) {
     const auto columns = static_cast<double>(lattice.columns), rows = static_cast<double>(lattice.rows);
-    bool beyond[4] = {};   // west, east, south, north
+    bool beyond[4] = {};
     for (double row = 0.5; row < rows; ++row) {
       beyond[0] = beyond[0] || (counts(-kBeyond, row) && counts(0.5, row));
       beyond[1] = beyond[1] || (counts(columns + kBeyond, row) && counts(columns - 0.5, row));
@@ -32,14 +44,7 @@ void grow(const HeightWindow& view, const SampledLattices::Territory& territory,
       beyond[2] = beyond[2] || (counts(column, -kBeyond) && counts(column, 0.5));
       beyond[3] = beyond[3] || (counts(column, rows + kBeyond) && counts(column, rows - 0.5));
     }
-    if (!beyond[0] && !beyond[1] && !beyond[2] && !beyond[3]) return;
-    // The new middle, in coordinates of the old lattice.
-    const double along = (columns + (beyond[1] ? 1.0 : 0.0) - (beyond[0] ? 1.0 : 0.0)) / 2;
-    const double across = (rows + (beyond[3] ? 1.0 : 0.0) - (beyond[2] ? 1.0 : 0.0)) / 2;
-    const Point centre = lattice.at(along, across);
-    lattice.columns += (beyond[0] ? 1u : 0u) + (beyond[1] ? 1u : 0u);
-    lattice.rows += (beyond[2] ? 1u : 0u) + (beyond[3] ? 1u : 0u);
-    lattice.centre = centre;
+    if (!extend(beyond, lattice)) return;
   }
 }
 
@@ -115,17 +120,43 @@ void SampledLattices::add(Lattice lattice, const HeightWindow& view, const Terri
   }
 }
 
-void SampledLattices::add_along_ridges(const Lattice& lattice, const HeightWindow& view, const Territory& territory,
-                                 double strip) {
-  append(lattice);
-  sample_all(view);
-  lattices_.back().first_line = line_ends_.size();
-  find_strips(view, strip);
+void SampledLattices::add_along_ridges(Lattice lattice, const HeightWindow& view, const Territory& territory,
+                                       double strip) {
+  append_along_ridges(lattice, view, strip);
+  // The search knows a ridge up to its last crossing with the grid, which may be a step before its end. Ridges that
+  // leave the lattice go on beyond it.
+  const std::size_t first = lattices_.back().first_line, columns = first + 2 * lattice.rows + 1;
+  const bool beyond[4] = {has_strips(columns), has_strips(columns + 2 * lattice.columns), has_strips(first),
+                          has_strips(columns - 1)};
+  if (extend(beyond, lattice)) {
+    remove_last();
+    append_along_ridges(lattice, view, strip);
+  }
   for (std::size_t place = 0; place < lattice.cells(); ++place) {
     bool meets = false;
     each_strip(size() - 1, place, [&](std::size_t, std::size_t, double, double, double) { meets = true; });
     if (meets) count(place, territory);
   }
+}
+
+void SampledLattices::append_along_ridges(const Lattice& lattice, const HeightWindow& view, double strip) {
+  append(lattice);
+  sample_all(view);
+  lattices_.back().first_line = line_ends_.size();
+  find_strips(view, strip);
+}
+
+// Remove the last lattice, which follows ridges.
+void SampledLattices::remove_last() {
+  const Sampled& last = lattices_.back();
+  numbers_.resize(last.first), nodes_.resize(last.first_node), line_ends_.resize(last.first_line);
+  strips_.resize(line_ends_.empty() ? 0 : line_ends_.back());
+  lattices_.pop_back();
+}
+
+// Whether a node line crosses a ridge.
+bool SampledLattices::has_strips(std::size_t line) const {
+  return line_ends_[line] > (line > 0 ? line_ends_[line - 1] : 0);
 }
 
 // Find where the node lines of the last lattice cross ridges.

@@ -45,7 +45,7 @@ class SampledLattices {
   void add(Lattice lattice, const HeightWindow& view, const Territory& territory);
   // Add a lattice whose cells follow the ridges of the body. Those count that a strip along a ridge meets, in which the
   // body is less than `strip` higher than on the ridge [m].
-  void add_along_ridges(const Lattice& lattice, const HeightWindow& view, const Territory& territory, double strip);
+  void add_along_ridges(Lattice lattice, const HeightWindow& view, const Territory& territory, double strip);
   // Whether the cells of a lattice follow ridges; then no cell counts as a whole.
   bool follows_ridges(std::size_t lattice) const { return lattices_[lattice].first_line != kNoLines; }
   // The parts of lines across a cell of such a lattice that lie on strips.
@@ -103,6 +103,9 @@ class SampledLattices {
   bool is_under(std::size_t lattice, std::size_t place) const;
   void append(const Lattice& lattice);
   void sample_all(const HeightWindow& view);
+  void append_along_ridges(const Lattice& lattice, const HeightWindow& view, double strip);
+  void remove_last();
+  bool has_strips(std::size_t line) const;
   void find_strips(const HeightWindow& view, double strip);
   template <typename Visit>
   void each_strip(std::size_t lattice, std::size_t place, Visit&& visit) const;
