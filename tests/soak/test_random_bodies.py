@@ -27,7 +27,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.MeshWarning")
         ("rods", 3014, "small", 2500),
         ("rods", 3015, "default", 2500),
         # Steps of microns, whose rims press the most.
-        ("step", 3204, "small", 2500),
+        ("step", 3202, "default", 2500),
         ("step", 3207, "small", 2500),
     ],
 )
