@@ -136,7 +136,8 @@ bool BodyPress::solve_over(const HeightMap& map, const Touch& touch, double floo
   if (is_curved()) over_.place(map, plane_, floor, ceiling);
   const HeightMap& over = is_curved() ? over_ : map;
   if (!patch_.solve(over, surface(), touch.wrench, workspace_)) return false;
-  if (patch_.has_flat_rim()) patch_.refine_rim(over, surface(), touch.wrench, workspace_);
+  // A flat bottom touches a curved pad with its middle, and its rim bears little more.
+  if (!is_curved() && patch_.has_flat_rim()) patch_.refine_rim(map, surface(), touch.wrench, workspace_);
   return true;
 }
 

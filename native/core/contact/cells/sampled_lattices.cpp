@@ -123,11 +123,9 @@ void SampledLattices::add(Lattice lattice, const HeightWindow& view, const Terri
 void SampledLattices::add_along_ridges(Lattice lattice, const HeightWindow& view, const Territory& territory,
                                        double strip) {
   append_along_ridges(lattice, view, strip);
-  // The search knows a ridge up to its last crossing with the grid, which may be a step before its end. Ridges that
-  // leave the lattice go on beyond it.
-  const std::size_t first = lattices_.back().first_line, columns = first + 2 * lattice.rows + 1;
-  const bool beyond[4] = {has_strips(columns), has_strips(columns + 2 * lattice.columns), has_strips(first),
-                          has_strips(columns - 1)};
+  // The search knows a ridge up to its last crossing with the grid, which may be a step before its end.
+  bool beyond[4];
+  for (std::size_t side = 0; side < 4; ++side) beyond[side] = ridge_leaves(side, view, strip);
   if (extend(beyond, lattice)) {
     remove_last();
     append_along_ridges(lattice, view, strip);
@@ -154,9 +152,30 @@ void SampledLattices::remove_last() {
   lattices_.pop_back();
 }
 
-// Whether a node line crosses a ridge.
-bool SampledLattices::has_strips(std::size_t line) const {
-  return line_ends_[line] > (line > 0 ? line_ends_[line - 1] : 0);
+// Whether a ridge crosses a side of the last lattice, and a line beyond it: west, east, south, north.
+bool SampledLattices::ridge_leaves(std::size_t side, const HeightWindow& view, double strip) {
+  const Sampled& lattice = lattices_.back();
+  const bool row = side >= 2, last = side % 2 == 1;
+  const std::size_t rows = 2 * lattice.rows + 1, columns = 2 * lattice.columns + 1;
+  const std::size_t line = lattice.first_line + (row ? (last ? rows - 1 : 0) : rows + (last ? columns - 1 : 0));
+  if (line_ends_[line] == (line > 0 ? line_ends_[line - 1] : 0)) return false;
+  const double place = last ? static_cast<double>(row ? lattice.rows : lattice.columns) + kBeyond : -kBeyond;
+  const std::size_t count = row ? columns : rows;
+  points_.clear();
+  for (std::size_t node = 0; node < count; ++node) {
+    const double along = static_cast<double>(node) / 2;
+    points_.push_back(row ? lattice.at(along, place) : lattice.at(place, along));
+  }
+  view.map->heights(points_, found_);
+  for (std::size_t node = 0; node < count; ++node) {
+    found_[node] = view.measured(points_[node], found_[node]) - view.highest;
+  }
+  const Point step = {points_[1].x - points_[0].x, points_[1].y - points_[0].y};
+  const SampledLine samples = {points_[0], step, count, found_.data(), 1, 0, 1, 0, std::hypot(step.x, step.y),
+                               SampledLine::kUnknown, SampledLine::kUnknown, false};
+  crossings_.clear();
+  add_crossings(view, samples, kTolerance * strip, candidates_, crossings_);
+  return !crossings_.empty();
 }
 
 // Find where the node lines of the last lattice cross ridges.

@@ -105,7 +105,7 @@ class SampledLattices {
   void sample_all(const HeightWindow& view);
   void append_along_ridges(const Lattice& lattice, const HeightWindow& view, double strip);
   void remove_last();
-  bool has_strips(std::size_t line) const;
+  bool ridge_leaves(std::size_t side, const HeightWindow& view, double strip);
   void find_strips(const HeightWindow& view, double strip);
   template <typename Visit>
   void each_strip(std::size_t lattice, std::size_t place, Visit&& visit) const;
