@@ -133,11 +133,13 @@ bool BodyPress::press_map(const Touch& touch) {
 // Solve the contact of a body by its heights over the flat pad, or over the plane of a curved one: distances from that
 // surface below `floor` or above `ceiling` [m] do not count then.
 bool BodyPress::solve_over(const HeightMap& map, const Touch& touch, double floor, double ceiling) {
-  if (is_curved()) over_.place(map, plane_, floor, ceiling);
-  const HeightMap& over = is_curved() ? over_ : map;
-  if (!patch_.solve(over, surface(), touch.wrench, workspace_)) return false;
-  // A flat bottom touches a curved pad with its middle, and its rim bears little more.
-  if (!is_curved() && patch_.has_flat_rim()) patch_.refine_rim(map, surface(), touch.wrench, workspace_);
+  if (is_curved()) {
+    // A flat bottom touches a curved pad with its middle, and its rim bears little more.
+    over_.place(map, plane_, floor, ceiling);
+    return patch_.solve(over_, surface(), touch.wrench, workspace_);
+  }
+  if (!patch_.solve(map, surface(), touch.wrench, workspace_)) return false;
+  patch_.refine_flat_rim(map, surface(), touch.wrench, workspace_);
   return true;
 }
 

@@ -316,11 +316,13 @@ bool PatchPress::too_many_to_split(double most) const {
   return count > 0.0 && static_cast<double>(chosen_.size()) + 3.0 * count > most;
 }
 
-bool PatchPress::has_flat_rim() {
-  if (along_ridges()) return false;   // its cells cannot be split
+void PatchPress::refine_flat_rim(const HeightMap& map, const ContactSurface& surface, const double* wrench,
+                                 CellContact::Workspace& workspace) {
+  const double depth = exact_depth(surface.options);
+  if (!(depth > 0.0) || along_ridges()) return;   // cells along ridges cannot be split
   laid_.cells().find_rim(laid_.pressed(), chosen_);
-  const double flat = kFlat * laid_.contact().indentation();
-  return laid_.cells().flat_share(laid_.contact(), chosen_, flat) > kMostlyFlat;
+  if (!(laid_.cells().flat_share(laid_.contact(), chosen_, kFlat * depth) > kMostlyFlat)) return;
+  refine_rim(map, surface, wrench, workspace);
 }
 
 void PatchPress::refine_rim(const HeightMap& map, const ContactSurface& surface, const double* wrench,

@@ -24,13 +24,14 @@ class PatchPress {
   // curved pad all arguments are in the frame of the surface's plane, and heights are those above the surface.
   bool solve(const HeightMap& map, const ContactSurface& surface, const double* wrench,
              CellContact::Workspace& workspace);
-  // After solve(): whether most of what the body's rim presses is under a flat bottom, as that of a step is.
-  bool has_flat_rim();
   // After solve(), with the same arguments: press again with cells split at the body's rim, where the pressure of a
   // flat face rises, and where the contact ends. Under laws without coupling, or if there would be too many cells, the
   // contact stays as it is.
   void refine_rim(const HeightMap& map, const ContactSurface& surface, const double* wrench,
                   CellContact::Workspace& workspace);
+  // The same, if most of what the body's rim presses is under a flat bottom, as that of a step is.
+  void refine_flat_rim(const HeightMap& map, const ContactSurface& surface, const double* wrench,
+                       CellContact::Workspace& workspace);
   // Solve again on the same cells, where other bodies have lowered the surface under them by `sunk` (cells) [m].
   void press_again(const ContactSurface& surface, const double* wrench, const std::vector<double>& sunk,
                    CellContact::Workspace& workspace) {

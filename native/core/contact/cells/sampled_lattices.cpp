@@ -15,7 +15,8 @@ constexpr double kUnlike = 0.5;
 // Heights of ridges are found up to this share of the strips' height.
 constexpr double kTolerance = 0.1;
 
-// Add rows and columns of cells: west, east, south, north. False if none is wanted.
+// Add a column or a row of cells on the sides where the body goes on: west, east, south, north. False if it does on
+// none.
 bool extend(const bool (&beyond)[4], Lattice& lattice) {
   if (!beyond[0] && !beyond[1] && !beyond[2] && !beyond[3]) return false;
   // The new middle, in coordinates of the old lattice.
@@ -158,7 +159,7 @@ bool SampledLattices::ridge_leaves(std::size_t side, const HeightWindow& view, d
   const bool row = side >= 2, last = side % 2 == 1;
   const std::size_t rows = 2 * lattice.rows + 1, columns = 2 * lattice.columns + 1;
   const std::size_t line = lattice.first_line + (row ? (last ? rows - 1 : 0) : rows + (last ? columns - 1 : 0));
-  if (line_ends_[line] == (line > 0 ? line_ends_[line - 1] : 0)) return false;
+  if (line_ends_[line] == first_strip(line)) return false;
   const double place = last ? static_cast<double>(row ? lattice.rows : lattice.columns) + kBeyond : -kBeyond;
   const std::size_t count = row ? columns : rows;
   points_.clear();
@@ -219,7 +220,7 @@ void SampledLattices::each_strip(std::size_t lattice, std::size_t place, Visit&&
     const auto start = static_cast<double>(axis == 0 ? column : row) + 0.5;
     for (std::size_t line = 0; line < 3; ++line) {
       const std::size_t number = first + line;
-      for (std::size_t k = number > 0 ? line_ends_[number - 1] : 0; k < line_ends_[number]; ++k) {
+      for (std::size_t k = first_strip(number); k < line_ends_[number]; ++k) {
         const double low = std::max(strips_[k].low / 2 - start, -0.5);
         const double high = std::min(strips_[k].high / 2 - start, 0.5);
         if (low < high) visit(axis, line, strips_[k].height, low, high);

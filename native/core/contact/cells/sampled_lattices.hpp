@@ -105,6 +105,8 @@ class SampledLattices {
   void sample_all(const HeightWindow& view);
   void append_along_ridges(const Lattice& lattice, const HeightWindow& view, double strip);
   void remove_last();
+  // Number of a node line's first strip.
+  std::size_t first_strip(std::size_t line) const { return line > 0 ? line_ends_[line - 1] : 0; }
   bool ridge_leaves(std::size_t side, const HeightWindow& view, double strip);
   void find_strips(const HeightWindow& view, double strip);
   template <typename Visit>
