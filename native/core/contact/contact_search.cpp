@@ -37,9 +37,6 @@ constexpr double kOnSpring = 1e-6;
 constexpr double kOnRim = 1e-9;
 // Springs are first laid under samples up to this height, over the level.
 constexpr double kLowSprings = 6.003;
-// A strip along the sheet's rim that is narrower than this share of the narrowest cell, and rises by more than this
-// multiple of its width, is the flank of a body beside the sheet.
-constexpr double kSliver = 0.2, kFlank = 3.0;
 // Stiffness of the springs that resist any tilt, over that of the others; and the slope up to which they do.
 constexpr double kLevelling = 1e-6, kSteepest = 10.0;
 // Contacts are searched for along ridges if these are at least this long, over the length of the spots that were found,
@@ -426,7 +423,7 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
     spots_.push_back({region, area, kRound * below.perimeter / 2});
   }
   follow_ridges(map, plane, load);
-  add_rim_strips(map, plane, spots_.empty() ? 0.0 : kSliver * load.narrowest);
+  add_rim_strips(map, plane);
   return spots_;
 }
 
@@ -494,9 +491,8 @@ bool ContactSearch::has_more_ridges(double height) const {
   return ridges_.length_below(height) > (1.0 + kTogether) * ridges_.length_below(reached_);
 }
 
-// Add strips along the sheet's rim that are below the level and too narrow for the grids. Flanks that are narrower than
-// `sliver` are left out.
-void ContactSearch::add_rim_strips(const HeightMap& map, const Plane& plane, double sliver) {
+// Add strips along the sheet's rim that are below the level and too narrow for the grids.
+void ContactSearch::add_rim_strips(const HeightMap& map, const Plane& plane) {
   const std::size_t parts = spots_.size();
   const auto beside_part = [&](const Point& at) {
     return std::any_of(spots_.begin(), spots_.begin() + static_cast<std::ptrdiff_t>(parts), [&](const Spot& spot) {
@@ -515,7 +511,7 @@ void ContactSearch::add_rim_strips(const HeightMap& map, const Plane& plane, dou
       while (last + 1 < kLines && below(last + 1)) ++last;
       const auto begin = side.points.begin() + static_cast<std::ptrdiff_t>(first);
       if (std::any_of(begin, begin + static_cast<std::ptrdiff_t>(last - first + 1), beside_part)) continue;
-      deepest = std::min(deepest, add_rim_strip(map, plane, side, first, last, sliver));
+      deepest = std::min(deepest, add_rim_strip(map, plane, side, first, last));
     }
   }
   // Heights count from the lowest point.
@@ -526,7 +522,7 @@ void ContactSearch::add_rim_strips(const HeightMap& map, const Plane& plane, dou
 
 // Add the strip between two samples of a side. Returns the least height of its samples.
 double ContactSearch::add_rim_strip(const HeightMap& map, const Plane& plane, const RimSide& side, std::size_t first,
-                                std::size_t last, double sliver) {
+                                std::size_t last) {
   const bool along_y = side.inward.x != 0.0;
   const double length = step_[along_y ? 1 : 0] * static_cast<double>(last - first + 1);
   double width = 0.0, least = kNowhere;
@@ -546,7 +542,7 @@ double ContactSearch::add_rim_strip(const HeightMap& map, const Plane& plane, co
     }
     width = std::max(width, within);
   }
-  if (!(width > 0.0) || (width < sliver && level_ - least > kFlank * width)) return 0.0;
+  if (!(width > 0.0)) return 0.0;
   const Point &from = side.points[first], &to = side.points[last];
   const Point middle = {(from.x + to.x + width * side.inward.x) / 2, (from.y + to.y + width * side.inward.y) / 2};
   spots_.push_back({{middle, 0.0, along_y ? width : length, along_y ? length : width}, length * width, length + width});

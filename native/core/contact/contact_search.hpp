@@ -146,9 +146,9 @@ class ContactSearch {
   void look_at_rim(const HeightMap& map);
   bool find_ridges(const HeightMap& map, const Plane& plane, const SearchLoad& load, double length);
   void follow_ridges(const HeightMap& map, const Plane& plane, const SearchLoad& load);
-  void add_rim_strips(const HeightMap& map, const Plane& plane, double sliver);
+  void add_rim_strips(const HeightMap& map, const Plane& plane);
   double add_rim_strip(const HeightMap& map, const Plane& plane, const RimSide& side, std::size_t first,
-                       std::size_t last, double sliver);
+                       std::size_t last);
   void set_heights(const Plane& plane);
   void flood(const SearchLoad& load);
   void connect();

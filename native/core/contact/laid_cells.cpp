@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/solvers/height_power.hpp"
-
 namespace mjtactile {
 namespace {
 
@@ -81,16 +79,6 @@ void LaidCells::press_again(const ContactSurface& surface, const double* wrench,
   contact_.press(face(), surface, {wrench, heights_.data(), start.data()}, workspace);
 }
 
-double LaidCells::likely_height(double level) const {
-  double under = 0.0, whole = 0.0;
-  for (std::size_t i = 0; i < count(); ++i) {
-    whole += face().areas[i];
-    if (heights_[i] <= level) under += face().areas[i];
-  }
-  const double power = height_power(view_.highest / level, whole / under);
-  return power > 0.0 ? end_over_level(power) * level : level;
-}
-
 double LaidCells::lifted(const double* slopes) const {
   double least = kNowhere, most = -kNowhere;
   for (std::size_t i = 0; i < count(); ++i) {
@@ -138,16 +126,9 @@ bool LaidCells::goes_beyond() const {
 
 // In a single row all cells are cut off at their sides, so that decides nothing.
 bool LaidCells::ends_early() const {
-  const auto are_few = [this](const std::vector<std::uint8_t>& ends) {
-    double within = 0.0, at_end = 0.0;
-    for (std::size_t i = 0; i < ends.size(); ++i) (ends[i] ? at_end : within) += face().areas[i];
-    return at_end > 0.0 && within > kOthersAtLeast * at_end;
-  };
-  if (goes_beyond()) return are_few(cells_.goes_on());
-  // If all cells press, the end of their lattice may be the end of a part that was cut off exactly there.
-  if (!all(pressed())) return false;
-  cells_.find_ends(view_, ends_);
-  return are_few(ends_);
+  double within = 0.0, at_end = 0.0;
+  for (std::size_t i = 0; i < count(); ++i) (cells_.goes_on()[i] ? at_end : within) += face().areas[i];
+  return goes_beyond() && within > kOthersAtLeast * at_end;
 }
 
 bool LaidCells::all_press() const { return all(pressed()) && !any(cells_.goes_on()); }

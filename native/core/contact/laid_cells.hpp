@@ -43,8 +43,6 @@ class LaidCells {
   const CellContact& contact() const { return contact_; }
   const std::vector<std::uint8_t>& pressed() const { return contact_.pressed(); }
 
-  // Height up to which cells are likely to press before they do; `level`: that of the spots [m].
-  double likely_height(double level) const;
   // Difference of height that a tilt makes between the pressed cells [m].
   double lifted(const double* slopes) const;
   // Whether the pressed cells leave the tilt open: they lie in one row across it, and it raises their sides by more
@@ -82,7 +80,6 @@ class LaidCells {
   std::vector<double> heights_;
   bool bends_ = false;               // whether the pad is curved
   std::vector<std::size_t> from_;    // members, so that no step allocates them anew
-  mutable std::vector<std::uint8_t> ends_;
 };
 
 }  // namespace mjtactile

@@ -46,8 +46,6 @@ class PatchFace {
   const std::vector<Point>& gradients() const { return gradients_; }
   // For each cell: whether it ends because the body rises beyond the limit, not because the body itself ends.
   const std::vector<std::uint8_t>& goes_on() const { return goes_on_; }
-  // Find the cells beside which the body goes on: also whole ones at the end of their lattice.
-  void find_ends(const HeightWindow& view, std::vector<std::uint8_t>& ends) const;
   // How badly the cells tell the body's shape: root mean square of what the heights and gradients of neighbours, of
   // which one presses at least, disagree by [m]. They agree where the body is curved but smooth. `most`: the largest
   // disagreement that counts.
@@ -87,7 +85,6 @@ class PatchFace {
   void each_pair(const std::vector<std::uint8_t>& pressed, Visit&& visit) const;
   bool cut_out(const HeightWindow& view, std::size_t number, std::size_t place);
   static void replace(const Lattice& lattice, const CoveredPart& covered, Cell& cell);
-  void find_slivers(const HeightWindow& view);
   void set_heights(const HeightWindow& view);
   static Arms arms_of(const Cell& cell);
   double rise_across(std::size_t own, const double* tilt) const;
@@ -103,7 +100,6 @@ class PatchFace {
   Face face_;
   SampledLattices lattices_;
   std::vector<Cell> cells_;
-  std::vector<std::uint8_t> slivers_;          // whether each cell is left out as a sliver
   std::vector<CellRectangle> rectangles_;
   // Of all cells, and of those that a lattice's whole cells have no offset to.
   FarIntegrals far_, far_beside_;

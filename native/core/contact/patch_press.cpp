@@ -11,7 +11,6 @@ namespace {
 
 // Looks. A look finds the spots that may touch as one plane sees the body, lays cells on them and presses them.
 constexpr int kLooks = 6;                // largest number of looks at one contact,
-constexpr int kMoreLooks = 3;            // and of further ones, as long as each is the best
 constexpr int kMoves = 2;                // largest number of looks for other parts, if those seen do not carry the load
 constexpr double kRaise = 2.0;           // factor on the height up to which these are searched for
 constexpr int kStepsBack = 2;            // largest number of steps back from a tilt that was too large
@@ -32,6 +31,7 @@ constexpr double kSpareArea = 3.0;       // area of the cells over the least are
 // Heights up to which cells are laid, over the level. The level is the depth of a flat punch that carries the load. See
 // also spot_lattices.hpp.
 constexpr double kCompact = 1.6;         // in the first look at one compact spot; a ball's contact ends at 1.2 levels
+constexpr double kLikelyEnd = 1.2;       // cells up to which the search for those that press begins
 constexpr double kMostHeightFactor = 64.0;   // in later looks
 // If the contact is kTooDeep times as deep as its cells are high, cells are laid higher: up to kShareOfDepth times the
 // depth, but at most kMostHigher times as high as before.
@@ -40,24 +40,14 @@ constexpr double kTouchMargin = 1.05;    // safety factor on the height up to wh
 constexpr double kTiltedShare = 0.6;     // height up to which parts of a tilted body touch, over the depth;
 constexpr double kTiltedShareOfRings = 1.0;   // the same along a bent ridge, beside which the surface sinks in little
 
-// When cells are laid again. They are laid lower if the share of pressed cells is below `pressed` and the contact ends
-// below `lower` times their height. A body that tilts is looked at several times anyway. One that does not tilt is
-// mostly looked at once. A contact that is free, with no pressure at its bound and its load where it was asked for, is
-// known to be as deep as it was found.
-struct LaidLower {
-  double pressed, lower;
-};
-constexpr LaidLower kLaidLowerTilting = {0.2, 0.7}, kLaidLowerFree = {0.6, 0.5}, kLaidLower = {0.66, 0.9};
+// Cells are laid again, lower, if fewer than this share of them press and the contact ends below this share of their
+// height.
+constexpr double kFewPress = 0.6, kMuchLower = 0.5;
 constexpr double kOtherPart = 2.0;       // other parts of the body begin outside a region enlarged by this factor
 
-// Contacts whose cells tell the body's shape badly are pressed on more of them, in proportion to their roughness. Along
-// ridges the number goes in steps: roughness changes whenever a body slides, and other cells would change the readings
-// by more than that.
+// Contacts whose cells tell the body's shape badly are pressed on more of them, in proportion to their roughness.
 constexpr double kSmooth = 0.05;         // roughness over the depth of the contact up to which cells are fine enough
 constexpr double kWorthwhile = 1.1;      // least factor on their number
-constexpr double kFinerSteps = 2.0;      // number of steps in which the number of cells along ridges doubles
-constexpr double kMostPress = 0.35, kManyPress = 20.0;   // share of cells that press, and number of them; if less than
-                                         // both do, more cells are mostly in vain
 constexpr double kMostFiner = 4.0;       // largest factor,
 constexpr double kManyFiner = 150.0;     // and number of cells beyond which there is none;
 constexpr double kManySheared = 60.0;    // that number if shear is solved for as well
@@ -77,7 +67,7 @@ constexpr double kCoarse = 0.3;          // their number over that asked for,
 constexpr double kFewest = 16.0;         // and their least number where they are laid under all of the body
 constexpr int kGenerousLooks = 4;        // largest number of looks with coarse cells,
 constexpr double kMostLift = 0.4;        // and lift of the contact, over the depth, from which there is another one
-constexpr int kSplits = 7;               // largest number of times that cells are split
+constexpr int kSplits = 4;               // largest number of times that cells are split
 constexpr double kUneven = 0.05;         // disagreement of neighbours, over the depth, from which they are split again,
 constexpr double kMoreUneven = 1.3;      // and factor on it if there are too many
 constexpr double kMostSplit = 4.0;       // largest number of cells over that asked for,
@@ -92,7 +82,6 @@ constexpr double kManyAtRim = 300.0, kFlat = 0.1, kMostlyFlat = 0.5;
 constexpr double kSmallTilt = 0.2;       // lift of the contact, over the level, up to which a tilt needs no other look
 constexpr double kSmallTiltOfStrips = 0.4;   // the same for cells along ridges, which stay as a body tilts
 constexpr double kLeastShare = 0.5;      // least share of a tilt that is taken in a view of all parts that touch
-constexpr double kMostTilt = 2.0;        // largest lift that one look adds, over the level
 constexpr double kNarrow = 1.5;          // largest width along the tilt, over the narrowest cells, at which the tilt is
                                          // not determined
 constexpr double kMostSlope = 1.0;       // largest slope of a plane from which the body is looked at
@@ -154,11 +143,10 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
   looks.view = first_view(problem);
   looks.best = looks.onward = looks.view;
   if (!look_first(problem, looks)) return false;
-  const auto most_looks = [&] { return looks.last_is_best ? kLooks + kMoreLooks : kLooks; };
-  for (int look = 1; look < most_looks() && choose_view(problem, looks); ++look) {
+  for (int look = 1; look < kLooks && choose_view(problem, looks); ++look) {
     if (looks.last_is_best) std::swap(laid_, best_);
     find_spots(problem, looks.view);
-    judge(problem, press(problem, looks.view), look + 2 < kLooks, looks);
+    judge(problem, press(problem, looks.view), looks);
   }
   settled_ = !looks.goes_on && looks.best_merit.missed == 0.0;
   if (!looks.last_is_best) std::swap(laid_, best_);
@@ -178,13 +166,6 @@ double PatchPress::exact_depth(const LawOptions& options) const {
   return options.law->couples() && laid_.contact().exact() ? laid_.contact().indentation() : 0.0;
 }
 
-// Whether so few cells press that more of them would mostly be in vain.
-bool PatchPress::presses_few() const {
-  const auto& pressed = laid_.pressed();
-  const auto pressing = static_cast<double>(std::count(pressed.begin(), pressed.end(), 1));
-  return pressing < std::min(kMostPress * static_cast<double>(pressed.size()), kManyPress);
-}
-
 // Whether the contact is to be pressed on nested cells.
 bool PatchPress::needs_nested(const LawOptions& options) {
   const double depth = exact_depth(options);
@@ -198,10 +179,8 @@ bool PatchPress::needs_nested(const LawOptions& options) {
   if (apart && !along_ridges() && leaves_uncovered(many ? kUncovered : 0.0)) return true;
   if (many) return overlooks();
   if (!settled_) return true;
-  const bool several = spots_.size() > 1;
-  if (!several && !presses_few()) return false;
-  const double smooth = several ? kNestedSmooth / static_cast<double>(options.cells) : kSmooth;
-  return laid_.cells().roughness(laid_.pressed(), depth) / depth > smooth;
+  const double smooth = kNestedSmooth / static_cast<double>(options.cells) * depth;
+  return spots_.size() > 1 && laid_.cells().roughness(laid_.pressed(), depth) > smooth;
 }
 
 // Press the body on few cells under all parts that may touch, then split the cells where it does. All these presses see
@@ -250,7 +229,7 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
     if (!press(problem, view) || !laid_.contact().exact()) return false;
     const CellContact& contact = laid_.contact();
     const bool lifts = laid_.lifted(contact.slopes()) > kMostLift * contact.indentation();
-    const bool open = laid_.tilts_openly() || leaves_uncovered(0.0);
+    const bool open = leaves_uncovered(0.0);
     ends_early = laid_.ends_early();
     if (!lifts && !open && !ends_early) break;
     view.everywhere = view.everywhere || open;
@@ -351,13 +330,11 @@ bool PatchPress::split_pressed(const Problem& problem) {
 // Number of cells that the contact needs, over that asked for; 1 if its own are fine enough.
 double PatchPress::needs_finer(const LawOptions& options) const {
   const double depth = exact_depth(options);
-  if (!(depth > 0.0) || presses_few()) return 1.0;
+  if (!(depth > 0.0)) return 1.0;
   const double wanted = laid_.cells().roughness(laid_.pressed(), depth) / (kSmooth * depth);
   const double many = options.tangential->couples() ? kManySheared : kManyFiner;
   const double most = std::min(kMostFiner, many / static_cast<double>(options.cells));
-  if (!(wanted > kWorthwhile)) return 1.0;
-  const double stepped = std::exp2(std::round(kFinerSteps * std::log2(wanted)) / kFinerSteps);
-  return std::max(std::min(along_ridges() ? stepped : wanted, most), 1.0);
+  return wanted > kWorthwhile ? std::max(std::min(wanted, most), 1.0) : 1.0;
 }
 
 // Press the body on more cells, as the best look sees it. False if that finds no contact, or one of much more energy,
@@ -405,7 +382,7 @@ bool PatchPress::look_first(const Problem& problem, Looks& looks) {
   // Under a law without coupling, contact extends further out than on an elastic surface.
   if (options.law->couples() && SpotLattices::is_compact(spots_, options)) looks.view.height_factor = kCompact;
   if (!press(problem, looks.view)) return false;
-  if (laid_.contact().exact()) judge(problem, true, true, looks);
+  if (laid_.contact().exact()) judge(problem, true, looks);
   return true;
 }
 
@@ -425,12 +402,6 @@ bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
       return true;
     }
   } else if (!looks.resting_tried && !looks.moved) {
-    if (looks.ended) {
-      // The contact extends beyond the cells that were laid in this view.
-      looks.view.least_height = kTouchMargin * laid_.touched_height(problem.options.tilting);
-      looks.view.most_height = looks.view.end_height = looks.view.spot_end = 0.0;
-      return true;
-    }
     if (!looks.view.sees_tilted_as(looks.best)) {
       // The tilt was too large. The mean of this view and the best one is tried.
       if (++looks.steps_back > kStepsBack) return false;
@@ -508,23 +479,20 @@ bool PatchPress::press(const Problem& problem, const Viewpoint& view) {
                 sampled);
   if (!laid_.lay(problem.surface, problem.workspace)) return false;
   start_.clear();
-  const double likely = laid_.likely_height(search_.level());
-  for (const double height : laid_.heights()) start_.push_back(height <= likely ? 1 : 0);
+  for (const double height : laid_.heights()) start_.push_back(height <= kLikelyEnd * search_.level() ? 1 : 0);
   laid_.press(problem.surface, problem.wrench, start_, overloads(), problem.workspace);
   return true;
 }
 
 bool PatchPress::overloads() const { return search_.level() > kOverloaded * search_.loaded(); }
 
-// Compare the contact of the last look with the best one, and find the view to which it leads. `more`: whether another
-// look is left after the next one.
-void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& looks) const {
+// Compare the contact of the last look with the best one, and find the view to which it leads.
+void PatchPress::judge(const Problem& problem, bool pressed, Looks& looks) const {
   const bool solved = pressed && laid_.contact().exact();
   const NextPart next = solved ? next_part() : NextPart{};
   const Merit found = solved ? merit(problem.load, next, problem.options) : Merit{};
   const double margin = problem.options.cells < kManyCells ? kEnergyMargin : kFineEnergyMargin;
   looks.last_is_best = solved && !is_worse(found, looks.best_merit, margin);
-  looks.ended = solved && more && laid_.ends_early();
   if (!looks.last_is_best) return;
   looks.best = looks.onward = looks.view;
   looks.best_merit = found;
@@ -666,11 +634,9 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
   const bool touches = carries && next.share < 1.0;
   const double small = along_ridges() ? kSmallTiltOfStrips : kSmallTilt;
   const bool tilted = touches || (lift > small * depth && !narrow);
-  const LaidLower tilting = laid_.contact().linear() ? kLaidLowerFree : kLaidLowerTilting;
-  const LaidLower bound = options.tilting ? tilting : kLaidLower;
-  const bool few = static_cast<double>(pressed) < bound.pressed * static_cast<double>(laid_.count());
+  const bool few = static_cast<double>(pressed) < kFewPress * static_cast<double>(laid_.count());
   if (tilted) {
-    const double rolling = std::min(1.0, kMostTilt * depth / lift) * secant_share(slopes, view.last_tilt);
+    const double rolling = secant_share(slopes, view.last_tilt);
     // The tilt ends at the next part that touches. A part that was searched for before is not apart from the others.
     const bool searched = carries && kTouchMargin * next.height <= view.spot_height;
     const double share = std::min(rolling, searched ? std::max(next.share, kLeastShare) : next.share);
@@ -710,7 +676,7 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
     return true;
   }
   // Cells above the height to which the body sinks in are not needed.
-  if (few && search_.level() > 0.0 && !strips && touching < bound.lower * laid_.view().highest) {
+  if (few && search_.level() > 0.0 && !strips && touching < kMuchLower * laid_.view().highest) {
     view.end_height = touching;
     // Spots up to a level above the contact's end may hold several places where the body touches.
     if (search_.level() > touching) view.spot_end = touching;

@@ -115,7 +115,6 @@ class PatchPress {
     int steps_back = 0;           // number of steps back from it since the best view was found
     bool goes_on = false;         // whether `onward` differs from `best`
     bool last_is_best = true;     // whether the last contact is the best one
-    bool ended = false;           // whether the contact goes on beyond its cells
     bool rested = false;          // whether some view was the tilt at which the body rests on springs
     bool resting_tried = false;   // whether the last view was
     bool moved = false;           // whether the last view was for other parts than those that do not carry the load
@@ -138,9 +137,8 @@ class PatchPress {
   bool overloads() const;
   // Whether cells lie along ridges.
   bool along_ridges() const { return laid_.cells().lattices().along_ridges(); }
-  void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
+  void judge(const Problem& problem, bool pressed, Looks& looks) const;
   double exact_depth(const LawOptions& options) const;
-  bool presses_few() const;
   double needs_finer(const LawOptions& options) const;
   bool refine(const Problem& problem, const Looks& looks, double finer);
   bool needs_nested(const LawOptions& options);

@@ -16,8 +16,6 @@ constexpr double kLeastWider = 1.5;      // least size of a region over that of 
 constexpr double kTrimmed = 0.6;         // least share of an open spot's region that is kept
 constexpr double kElongated = 3.003;     // spots that are longer than this, over their width, do not count as open
 
-constexpr double kSameRegion = 1e-3;     // largest distance between regions that are the same, over their size
-
 // Number of cells.
 constexpr double kMostCells = 2.0;       // largest number is this times the number asked for,
 constexpr double kMoreCells = 24.0;      // plus this
@@ -38,7 +36,6 @@ constexpr int kRounds = 10;              // and largest number of times
 // Strips along ridges.
 constexpr double kNarrowStrip = 2.0;     // a strip up to this many cells wide is narrow: its cells are made as wide,
 constexpr double kStripCell = 1.3;       // times this, so that a slanted strip is within them, too
-constexpr double kLeastCovered = 0.25;   // cells that cover less than this share of a ridge's length miss it
 constexpr double kMostSamples = 32.0;    // largest number of heights computed per cell
 // Parallel ridges divide a region's height into one part less than they are. Lines half a cell apart tell them from
 // each other if cells are smaller than such a part by this factor,
@@ -59,13 +56,6 @@ void centre_on(const Point& at, double cell, Region& region) {
     region.centre.x -= across * s, region.centre.y += across * c;
     region.height += 2.0 * std::abs(across);
   }
-}
-
-// Whether regions are the same, but for rounding and for how exactly their ends are found.
-bool is_same(const Region& one, const Region& other) {
-  const double near = kSameRegion * std::sqrt(one.area());
-  return one.away(other.centre) <= near && std::abs(one.width - other.width) <= near &&
-         std::abs(one.height - other.height) <= near && std::abs(std::sin(one.angle - other.angle)) <= kSameRegion;
 }
 
 // Make a region hold a flat face's low corners, by which the lines pass on which it was trimmed. `largest`: what the
@@ -90,45 +80,31 @@ bool SpotLattices::is_compact(const std::vector<Spot>& spots, const LawOptions& 
 }
 
 void SpotLattices::lay(const Look& look, SampledLattices& lattices) {
-  spots_ = look.spots;
   if (look.along_ridges() && lay_along_ridges(look, lattices)) return;
   Look elsewhere = look;
   elsewhere.strip = 0.0;
-  follows_.assign(spots_.size(), 0);
+  follows_.assign(look.spots.size(), 0);
   lay_all(elsewhere, lattices);
 }
 
-// False if a strip is wide for its cells, which then need not follow the ridge, or if the cells miss most of the
-// ridges: the search finds these on lines that are closer than those of the cells, and a rough body has some between
-// the latter.
+// False if a strip is wide for its cells, which then need not follow the ridge.
 bool SpotLattices::lay_along_ridges(const Look& look, SampledLattices& lattices) {
   follows_.clear();
-  for (const Spot& spot : spots_) follows_.push_back(spot.is_open() ? 1 : 0);
-  for (;;) {
-    lay_all(look, lattices);
-    double all_length = 0.0, all_covered = 0.0;
-    bool again = false;
-    for (std::size_t k = 0; k < spots_.size(); ++k) {
-      const double length = spots_[k].length;
-      if (follows_[k] && spots_[k].area >= kNarrowStrip * lattices[k].size * length) return false;
-      const double covered = lattices[k].size * static_cast<double>(lattices.counted(k));
-      all_length += length, all_covered += std::min(covered, length);
-      if (follows_[k] || covered >= kLeastCovered * length) continue;
-      follows_[k] = 1;
-      again = true;
-    }
-    if (!again) return all_covered >= kLeastCovered * all_length;
+  for (const Spot& spot : look.spots) follows_.push_back(spot.is_open() ? 1 : 0);
+  lay_all(look, lattices);
+  for (std::size_t k = 0; k < look.spots.size(); ++k) {
+    if (follows_[k] && look.spots[k].area >= kNarrowStrip * lattices[k].size * look.spots[k].length) return false;
   }
+  return true;
 }
 
 void SpotLattices::lay_all(const Look& look, SampledLattices& lattices) {
   set_regions(look);
-  if (!look.along_ridges()) merge_same_regions();
   const Number number = number_of_cells(look);
   double coarser = 1.0;   // factor on the cells' area
   for (int round = 0; round < kRounds; ++round) {
     lattices.clear(look.along_ridges());
-    for (std::size_t k = 0; k < spots_.size(); ++k) {
+    for (std::size_t k = 0; k < look.spots.size(); ++k) {
       const Lattice lattice = lattice_over(look, k, number.wanted, coarser);
       if (follows_[k]) {
         lattices.add_along_ridges(lattice, look.seen, {regions_, k}, look.strip);
@@ -154,7 +130,7 @@ SpotLattices::Number SpotLattices::number_of_cells(const Look& look) const {
   const LawOptions& options = look.options;
   const double cells = (options.law->shapes() ? look.finer : kCheap) * static_cast<double>(options.cells);
   Number number = {0.0, kMostCells * cells + kMoreCells};
-  for (const Spot& spot : spots_) {
+  for (const Spot& spot : look.spots) {
     const double filled = spot.area / spot.region.area();
     const double most = look.along_ridges() ? kMostFillingStrips : kMostFilling;
     double wanted = cells * std::min(std::max(kFilled / filled, 1.0), most);
@@ -166,7 +142,7 @@ SpotLattices::Number SpotLattices::number_of_cells(const Look& look) const {
     }
     number.wanted += wanted;
   }
-  if (options.law->couples() && look.search.level() > 0.0 && is_compact(spots_, options)) {
+  if (options.law->couples() && look.search.level() > 0.0 && is_compact(look.spots, options)) {
     number.most = std::min(number.most, std::max(kMostCompact * cells, cells + kMoreCells));
   }
   number.wanted = std::min(number.wanted, number.most);
@@ -180,8 +156,8 @@ void SpotLattices::set_regions(const Look& look) {
   // The level of a flat face is 0.
   const double wider = search.level() > 0.0 ? std::max(look.seen.highest / search.level(), kLeastWider) : kLeastWider;
   regions_.clear();
-  for (std::size_t k = 0; k < spots_.size(); ++k) {
-    const Spot& spot = spots_[k];
+  for (std::size_t k = 0; k < look.spots.size(); ++k) {
+    const Spot& spot = look.spots[k];
     Region region = spot.region.lengthwise();
     if (follows_[k] || look.everywhere) {
       regions_.push_back(region);
@@ -198,31 +174,13 @@ void SpotLattices::set_regions(const Look& look) {
   }
 }
 
-// Spots whose regions have grown to the same one get one lattice. Otherwise each would lay cells there, and rounding
-// would decide which of them has a cell.
-void SpotLattices::merge_same_regions() {
-  for (std::size_t k = 1; k < regions_.size();) {
-    const auto here = regions_.begin() + static_cast<std::ptrdiff_t>(k);
-    const auto same = std::find_if(regions_.begin(), here, [&](const Region& one) { return is_same(one, *here); });
-    if (same == here) {
-      ++k;
-      continue;
-    }
-    Spot &one = spots_[static_cast<std::size_t>(same - regions_.begin())], &other = spots_[k];
-    if (other.area > one.area) one.region = other.region;
-    one.area += other.area, one.length += other.length;
-    spots_.erase(spots_.begin() + static_cast<std::ptrdiff_t>(k));
-    regions_.erase(here);
-  }
-}
-
 // The lattice of cells over a spot. `cells`: wanted number in all; `coarser`: factor on the cells' area.
 Lattice SpotLattices::lattice_over(const Look& look, std::size_t number, double cells, double coarser) const {
   const ContactSearch& search = look.search;
   const double narrowest = look.options.narrowest;
-  const Spot& spot = spots_[number];
+  const Spot& spot = look.spots[number];
   double roots = 0.0;
-  for (const Spot& one : spots_) roots += std::sqrt(one.area);
+  for (const Spot& one : look.spots) roots += std::sqrt(one.area);
   const double share = std::max(cells * std::sqrt(spot.area) / roots, kLeastShare);
   const bool breaks = search.loaded() * kHeightFactor < search.level();
   const double higher = breaks ? kBoundedHeightFactor : std::max(look.height_factor, kHeightFactor);
@@ -255,7 +213,7 @@ Lattice SpotLattices::lattice_over(const Look& look, std::size_t number, double 
     region.width = along ? longer : cell / longer;
     region.height = along ? cell / longer : longer;
   }
-  if (spots_.size() == 1) centre_on(look.seen.middle, std::sqrt(cell), region);
+  if (look.spots.size() == 1) centre_on(look.seen.middle, std::sqrt(cell), region);
   return region.lattice(cell, narrowest);
 }
 

@@ -32,8 +32,7 @@ class SpotLattices {
   static constexpr double kHeightFactor = 2.5, kBoundedHeightFactor = 1.6;
 
   // Lay a lattice on each spot. Cells of bent and hollow spots along ridges follow the ridges. Cells of straight ones
-  // lie along them anyway, and follow them only if they would miss them. If cells that follow ridges miss them, cells
-  // are laid as on other spots.
+  // lie along them anyway.
   void lay(const Look& look, SampledLattices& lattices);
   // Regions around the spots of the last call.
   const std::vector<Region>& regions() const { return regions_; }
@@ -48,10 +47,8 @@ class SpotLattices {
   bool lay_along_ridges(const Look& look, SampledLattices& lattices);
   Number number_of_cells(const Look& look) const;
   void set_regions(const Look& look);
-  void merge_same_regions();
   Lattice lattice_over(const Look& look, std::size_t number, double cells, double coarser) const;
 
-  std::vector<Spot> spots_;        // those of the look, less those that were merged
   std::vector<Region> regions_;
   std::vector<std::uint8_t> follows_;   // for each spot, whether its cells follow ridges
 };

@@ -264,12 +264,6 @@ void SampledLattices::settle(const std::vector<Region>& regions) {
   counted_ -= twice_.size();
 }
 
-std::size_t SampledLattices::counted(std::size_t lattice) const {
-  const auto first = numbers_.begin() + static_cast<std::ptrdiff_t>(lattices_[lattice].first);
-  const auto cells = static_cast<std::ptrdiff_t>(lattices_[lattice].cells());
-  return static_cast<std::size_t>(std::count(first, first + cells, kCounted));
-}
-
 bool SampledLattices::splits(std::size_t lattice, double narrowest) const {
   return !follows_ridges(lattice) && lattices_[lattice].splits(narrowest);
 }
@@ -363,22 +357,6 @@ SampledLattices::Nodes SampledLattices::nodes(std::size_t lattice, std::size_t p
     found.finite += std::isfinite(over) ? 1 : 0;
   }
   return found;
-}
-
-bool SampledLattices::goes_on_beside(const HeightWindow& view, std::size_t lattice, std::size_t place) const {
-  const Lattice& own = lattices_[lattice];
-  const std::size_t column = place % own.columns, row = place / own.columns;
-  const auto goes_on = [&](double along, double across) {
-    const Point at = own.at(static_cast<double>(column) + 0.5 + along, static_cast<double>(row) + 0.5 + across);
-    for (std::size_t k = 0; k < size(); ++k) {
-      std::size_t cell;
-      if (k != lattice && lattices_[k].holds(at, cell) && is_under(k, cell)) return false;
-    }
-    return std::isfinite(view.map->height(at.x, at.y));
-  };
-  const double out = 0.5 + kBeyond;
-  return (column == 0 && goes_on(-out, 0.0)) || (column + 1 == own.columns && goes_on(out, 0.0)) ||
-         (row == 0 && goes_on(0.0, -out)) || (row + 1 == own.rows && goes_on(0.0, out));
 }
 
 }  // namespace mjtactile

@@ -62,7 +62,6 @@ class SampledLattices {
   std::size_t size() const { return lattices_.size(); }
   const Lattice& operator[](std::size_t lattice) const { return lattices_[lattice]; }
   std::size_t counted() const { return counted_; }   // number of cells that count, before any were split
-  std::size_t counted(std::size_t lattice) const;    // the same of one lattice
   // The number of a lattice's cell, or one of the constants. `place`: row by row in the lattice.
   std::int32_t number(std::size_t lattice, std::size_t place) const {
     return numbers_[lattices_[lattice].first + place];
@@ -89,9 +88,6 @@ class SampledLattices {
   // The number before the last split of a cell, or of the one that it is a part of.
   std::size_t former(std::size_t lattice, std::size_t place) const;
   Nodes nodes(std::size_t lattice, std::size_t place) const;
-  // Whether the body goes on beside a whole cell at an end of its lattice. Within the lattice, cells beside a whole one
-  // count as well, because they share nodes with it.
-  bool goes_on_beside(const HeightWindow& view, std::size_t lattice, std::size_t place) const;
 
  private:
   // Number of nodes in a row of a lattice, and the first node of a cell.
