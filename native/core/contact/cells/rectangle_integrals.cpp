@@ -233,7 +233,7 @@ void find_by_offset(std::size_t columns, std::size_t rows, double width, double 
 // most lattices, so that these differ from a unit lattice by their size only.
 class UnitTables {
  public:
-  static constexpr std::size_t kMost = 48;
+  static constexpr std::size_t kMost = 128;
   static constexpr int kStretches = 6;
 
   UnitTables() {
