@@ -54,7 +54,7 @@ constexpr double kManySheared = 60.0;    // that number if shear is solved for a
 constexpr double kFinerMargin = 0.5;     // see kEnergyMargin; small cells see more of a body that has no ridges
 
 // Nested cells, on which contacts are pressed whose tilt has not settled, that overlook a part of the body, or that are
-// rough and have several spots or few cells that press.
+// rough and have several spots.
 constexpr double kNestedSmooth = 1.0;    // roughness over the depth, times the number of cells asked for, up to which a
                                          // contact is smooth
 constexpr double kOverlooked = 0.5;      // height of the lowest cell, over how far the body comes down, from which
