@@ -13,6 +13,8 @@ namespace {
 
 // Rectangles of parts whose variances have at least this ratio are turned along the part's length.
 constexpr double kSlanted = 2.25;
+// A cell beside others is left out under a flat face if less than this fraction of it counts.
+constexpr double kSliver = 5e-3;
 // A body ends in a cell at a cliff if it is higher beyond than this, over the largest height of cells. Nor does it go
 // on if the cell is all but whole.
 constexpr double kCliff = 2.0, kNearlyWhole = 0.99;
@@ -68,6 +70,7 @@ void PatchFace::lay(const HeightWindow& view) {
       lattices_.set_number(lattice, place, cut_out(view, lattice, place) ? number : SampledLattices::kNone);
     }
   }
+  find_slivers(view);
   set_heights(view);
 }
 
@@ -120,8 +123,26 @@ void PatchFace::replace(const Lattice& lattice, const CoveredPart& covered, Cell
   cell.sides[1] = covered.area / cell.sides[0];
 }
 
+// Find the slivers of cells beside others under a flat face. They would bear little, but at a pressure that concerns no
+// other cell. Under other bodies a sliver may be a peak, which bears much.
+void PatchFace::find_slivers(const HeightWindow& view) {
+  slivers_.assign(cells_.size(), 0);
+  if (view.map->corners().empty()) return;
+  const auto is_sliver = [&](const Cell& cell) {
+    const Lattice& lattice = lattices_[cell.lattice];
+    return cell.sides[0] * cell.sides[1] < kSliver * lattice.size * lattice.width();
+  };
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    if (!is_sliver(cells_[i])) continue;
+    for (const auto& [columns, rows] : kSides) {
+      const std::int32_t beside = number_beside(i, columns, rows);
+      if (beside >= 0 && !is_sliver(cells_[static_cast<std::size_t>(beside)])) slivers_[i] = 1;
+    }
+  }
+}
+
 // Set heights and gradients of all cells, and number those that stay. Heights are looked up together, because that is
-// faster. Cells without a body above are removed.
+// faster. Slivers and cells without a body above are removed.
 void PatchFace::set_heights(const HeightWindow& view) {
   points_.clear();
   for (std::size_t i = 0; i < cells_.size(); ++i) {
@@ -138,7 +159,7 @@ void PatchFace::set_heights(const HeightWindow& view) {
     const Cell cell = cells_[i];
     Point gradient;
     const double height = mean_height(view, i, gradient);
-    const bool stays = std::isfinite(height);
+    const bool stays = std::isfinite(height) && !slivers_[i];
     lattices_.set_number(cell.lattice, cell.place, stays ? static_cast<std::int32_t>(kept) : SampledLattices::kNone);
     if (!stays) continue;
     cells_[kept] = cell, goes_on_[kept] = goes_on_[i], face_.centroids[kept] = face_.centroids[i];

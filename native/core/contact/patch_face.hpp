@@ -85,6 +85,7 @@ class PatchFace {
   void each_pair(const std::vector<std::uint8_t>& pressed, Visit&& visit) const;
   bool cut_out(const HeightWindow& view, std::size_t number, std::size_t place);
   static void replace(const Lattice& lattice, const CoveredPart& covered, Cell& cell);
+  void find_slivers(const HeightWindow& view);
   void set_heights(const HeightWindow& view);
   static Arms arms_of(const Cell& cell);
   double rise_across(std::size_t own, const double* tilt) const;
@@ -100,6 +101,7 @@ class PatchFace {
   Face face_;
   SampledLattices lattices_;
   std::vector<Cell> cells_;
+  std::vector<std::uint8_t> slivers_;          // whether each cell is left out as a sliver
   std::vector<CellRectangle> rectangles_;
   // Of all cells, and of those that a lattice's whole cells have no offset to.
   FarIntegrals far_, far_beside_;
