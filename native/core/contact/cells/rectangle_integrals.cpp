@@ -229,35 +229,35 @@ void find_by_offset(std::size_t columns, std::size_t rows, double width, double 
   }
 }
 
-// Tables of cells of unit length up to some offset, computed once. The ratio of a cell's sides is a power of two in
-// most lattices, so that these differ from a unit lattice by their size only.
-class UnitTables {
- public:
-  static constexpr std::size_t kMost = 128;
-  static constexpr int kStretches = 6;
+// Columns and rows of the tables of cells of unit length.
+constexpr std::size_t kUnitTable = 128;
 
-  UnitTables() {
-    for (int power = 0; power < kStretches; ++power) {
-      find_by_offset(kMost, kMost, 1.0, std::ldexp(1.0, -power), tables_[power]);
-    }
-  }
-  // The table for a lattice; null if there is none.
-  const double* of(std::size_t columns, std::size_t rows, double width, double height) const {
-    int power;
-    if (columns > kMost || rows > kMost || std::frexp(width / height, &power) != 0.5 || power < 1) return nullptr;
-    return power <= kStretches ? tables_[power - 1].data() : nullptr;
-  }
+// The table of cells of unit length that are 2^power times as long as wide. It is computed when it is first needed.
+template <int power>
+const double* unit_table() {
+  static const std::vector<double> table = [] {
+    std::vector<double> found;
+    find_by_offset(kUnitTable, kUnitTable, 1.0, std::ldexp(1.0, -power), found);
+    return found;
+  }();
+  return table.data();
+}
 
- private:
-  std::vector<double> tables_[kStretches];
-};
+// The unit table for a lattice; null if there is none. The ratio of a cell's sides is a power of two in most lattices,
+// so that these differ from a unit lattice by their size only.
+const double* unit_table_for(std::size_t columns, std::size_t rows, double width, double height) {
+  constexpr const double* (*kTables[])() = {unit_table<0>, unit_table<1>, unit_table<2>,
+                                            unit_table<3>, unit_table<4>, unit_table<5>};
+  int power;
+  if (columns > kUnitTable || rows > kUnitTable || std::frexp(width / height, &power) != 0.5) return nullptr;
+  return power >= 1 && power <= 6 ? kTables[power - 1]() : nullptr;
+}
 
 }  // namespace
 
 void inverse_distance_by_offset(std::size_t columns, std::size_t rows, double width, double height,
                                 std::vector<double>& table) {
-  static const UnitTables units;
-  const double* unit = units.of(columns, rows, width, height);
+  const double* unit = unit_table_for(columns, rows, width, height);
   if (unit == nullptr) {
     find_by_offset(columns, rows, width, height, table);
     return;
@@ -266,7 +266,7 @@ void inverse_distance_by_offset(std::size_t columns, std::size_t rows, double wi
   table.resize(columns * rows);
   for (std::size_t row = 0; row < rows; ++row) {
     for (std::size_t column = 0; column < columns; ++column) {
-      table[row * columns + column] = cube * unit[row * UnitTables::kMost + column];
+      table[row * columns + column] = cube * unit[row * kUnitTable + column];
     }
   }
 }
