@@ -47,7 +47,9 @@ def install(name: str, folder: Path) -> Path:
     python = home / "bin" / "python"
     pip = [str(python), "-m", "pip", "--disable-pip-version-check", "--quiet", "install"]
     if not (home / "installed").is_file():
-        venv.create(home, with_pip=True, clear=True)
+        # Links, not copies: a copy of Python cannot be run ("text file busy") while a process that the other thread has
+        # just forked still holds it open for writing.
+        venv.create(home, with_pip=True, clear=True, symlinks=True)
         subprocess.run([*pip, *VENVS[name], *_NEEDS], check=True)
         (home / "installed").touch()
     marker = home / "installed-mjtactile"
