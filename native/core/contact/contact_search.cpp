@@ -198,7 +198,7 @@ void ContactSearch::flood(const SearchLoad& load) {
   for (; !rising_.empty(); rising_.take_lowest()) {
     const auto [height, sample] = rising_.lowest();
     const bool carried = kRound * load.modulus * around / 2 * height >= kSpare * load.force && area >= load.least_area;
-    if ((carried && height > std::max(level_ + same(), load.reach)) || height > load.end) {
+    if ((carried && height > std::max((1.0 + kTogether) * level_ + same(), load.reach)) || height > load.end) {
       sees_all_ = false;
       break;
     }
