@@ -7,8 +7,8 @@ namespace mjtactile {
 namespace {
 
 // Cells that are cut off at their largest height end inside the contact if more than kGoesOn of them press. This counts
-// only if the other cells have more than kOthersAtLeast times their area.
-constexpr double kGoesOn = 0.5, kOthersAtLeast = 0.5;
+// only if the other cells have more than kOthersAtLeast times their area, which is no ratio of a few equal areas.
+constexpr double kGoesOn = 0.5, kOthersAtLeast = 0.503;
 // Least approach along a cell's own normal over that along the plane's normal.
 constexpr double kLeastLean = 0.5;
 // Cells lie in one row across a tilt if it lifts their middles apart by less than this, over its rise along one cell.

@@ -75,8 +75,8 @@ constexpr double kManySplit = 240.0;     // and largest number,
 constexpr double kMostOfMany = 2.0;      // or this times the number asked for, unless shear is solved for as well
 // Cells are split at the rim of a bottom, up to this number, if it is flat there: if it rises across a cell by at most
 // kFlat times the depth, under kMostlyFlat of the rim's force. A box that leans by two degrees, or the end of a lying
-// cylinder, is not flat: smaller cells would cost its time for little.
-constexpr double kManyAtRim = 300.0, kFlat = 0.1, kMostlyFlat = 0.5;
+// cylinder, is not flat: smaller cells would cost its time for little. kMostlyFlat is no share of a few equal forces.
+constexpr double kManyAtRim = 300.0, kFlat = 0.1, kMostlyFlat = 0.503;
 
 // Tilts.
 constexpr double kSmallTilt = 0.2;       // lift of the contact, over the level, up to which a tilt needs no other look

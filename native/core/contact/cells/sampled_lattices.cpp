@@ -10,8 +10,9 @@ namespace {
 // A lattice grows if the body continues at this distance beyond it, over the size of a cell, at most kGrowths times.
 constexpr double kBeyond = 0.25;
 constexpr std::size_t kGrowths = 12;
-// Two regions are of unlike size if the area of the smaller is less than this fraction of the other's.
-constexpr double kUnlike = 0.5;
+// Two regions are of unlike size if the area of the smaller is less than this fraction of the other's. It is no ratio
+// of small whole numbers, because rounding would decide at such a ratio.
+constexpr double kUnlike = 0.497;
 // Heights of ridges are found up to this share of the strips' height.
 constexpr double kTolerance = 0.1;
 
