@@ -11,6 +11,8 @@ namespace {
 
 // Looks. A look finds the spots that may touch as one plane sees the body, lays cells on them and presses them.
 constexpr int kLooks = 6;                // largest number of looks at one contact,
+constexpr int kLooksBeforeNested = 2;    // and looks after which few cells that have not settled are nested, which costs
+                                         // less than more looks; one look does not tell the tilt of a rough body
 constexpr int kMoves = 2;                // largest number of looks for other parts, if those seen do not carry the load
 constexpr double kRaise = 2.0;           // factor on the height up to which these are searched for
 constexpr int kStepsBack = 2;            // largest number of steps back from a tilt that was too large
@@ -139,18 +141,24 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
   if (!(wrench[2] < 0.0) || !search_.look(map)) return false;
   Problem problem = {map, surface, surface.options, wrench, workspace, load_of(wrench, surface), {}};
   if (problem.options.tilting) problem.hull = search_.covered();
+  settled_ = false;
   Looks looks;
   looks.view = first_view(problem);
   looks.best = looks.onward = looks.view;
   if (!look_first(problem, looks)) return false;
-  for (int look = 1; look < kLooks && choose_view(problem, looks); ++look) {
+  for (int look = 1; look < kLooks; ++look) {
+    if (look == kLooksBeforeNested && nests_early(problem, looks)) {
+      if (press_nested(problem, looks)) return true;
+      laid_.place(surface, workspace);   // the workspace has other cells
+    }
+    if (!choose_view(problem, looks)) break;
     if (looks.last_is_best) std::swap(laid_, best_);
     find_spots(problem, looks.view);
     judge(problem, press(problem, looks.view), looks);
   }
   settled_ = !looks.goes_on && looks.best_merit.missed == 0.0;
   if (!looks.last_is_best) std::swap(laid_, best_);
-  if (looks.best_merit.missed == 0.0 && needs_nested(problem.options)) {
+  if (can_nest(problem, looks) && needs_nested(problem.options)) {
     if (press_nested(problem, looks)) return true;
     looks.last_is_best = false;
   }
@@ -166,12 +174,24 @@ double PatchPress::exact_depth(const LawOptions& options) const {
   return options.law->couples() && laid_.contact().exact() ? laid_.contact().indentation() : 0.0;
 }
 
-// Whether the contact is to be pressed on nested cells.
+// Whether the best contact, which is laid, can be pressed on nested cells.
+bool PatchPress::can_nest(const Problem& problem, const Looks& looks) const {
+  const LawOptions& options = problem.options;
+  if (looks.best_merit.missed > 0.0 || !options.tilting || !(exact_depth(options) > 0.0)) return false;
+  // The first nested cells are coarser by this factor in length and width. They are in vain if they cannot be split.
+  return laid_.cells().lattices().can_split(std::sqrt(kCoarse) * options.narrowest);
+}
+
+// Whether the best contact is pressed on nested cells before other looks. Cells along ridges need fewer looks, and many
+// cells are dear to split.
+bool PatchPress::nests_early(const Problem& problem, const Looks& looks) const {
+  const bool suits = problem.options.cells < kManyCells && !along_ridges();
+  return suits && looks.goes_on && looks.last_is_best && can_nest(problem, looks);
+}
+
+// Whether a contact that can be pressed on nested cells is to be, after all looks.
 bool PatchPress::needs_nested(const LawOptions& options) {
   const double depth = exact_depth(options);
-  if (!options.tilting || !(depth > 0.0)) return false;
-  // The first nested cells are coarser by this factor in length and width. They are in vain if they cannot be split.
-  if (!laid_.cells().lattices().can_split(std::sqrt(kCoarse) * options.narrowest)) return false;
   // If no cell tells of the body's lowest part, cells are too large for it.
   const double least = *std::min_element(laid_.heights().begin(), laid_.heights().end());
   if (least > kOverlooked * laid_.contact().lowered()) return true;

@@ -141,6 +141,8 @@ class PatchPress {
   double exact_depth(const LawOptions& options) const;
   double needs_finer(const LawOptions& options) const;
   bool refine(const Problem& problem, const Looks& looks, double finer);
+  bool can_nest(const Problem& problem, const Looks& looks) const;
+  bool nests_early(const Problem& problem, const Looks& looks) const;
   bool needs_nested(const LawOptions& options);
   bool press_nested(const Problem& problem, const Looks& looks);
   bool press_generous(const Problem& problem, Viewpoint view);
