@@ -11,8 +11,8 @@ namespace {
 
 // Looks. A look finds the spots that may touch as one plane sees the body, lays cells on them and presses them.
 constexpr int kLooks = 6;                // largest number of looks at one contact,
-constexpr int kLooksBeforeNested = 2;    // and looks after which few cells that have not settled are nested, which costs
-                                         // less than more looks; one look does not tell the tilt of a rough body
+constexpr int kLooksBeforeNested = 2;    // and looks after which a contact of several spots is pressed on nested cells,
+                                         // for less than more looks; one look does not tell the tilt of a rough body
 constexpr int kMoves = 2;                // largest number of looks for other parts, if those seen do not carry the load
 constexpr double kRaise = 2.0;           // factor on the height up to which these are searched for
 constexpr int kStepsBack = 2;            // largest number of steps back from a tilt that was too large
@@ -182,10 +182,10 @@ bool PatchPress::can_nest(const Problem& problem, const Looks& looks) const {
   return laid_.cells().lattices().can_split(std::sqrt(kCoarse) * options.narrowest);
 }
 
-// Whether the best contact is pressed on nested cells before other looks. Cells along ridges need fewer looks, and many
-// cells are dear to split.
+// Whether the best contact is pressed on nested cells before other looks. Looks at a single spot soon agree, those at
+// cells along ridges do as well, and many cells are dear to split.
 bool PatchPress::nests_early(const Problem& problem, const Looks& looks) const {
-  const bool suits = problem.options.cells < kManyCells && !along_ridges();
+  const bool suits = spots_.size() > 1 && problem.options.cells < kManyCells && !along_ridges();
   return suits && looks.goes_on && looks.last_is_best && can_nest(problem, looks);
 }
 
