@@ -283,6 +283,12 @@ void PatchFace::add_ends(const std::vector<std::uint8_t>& pressed, std::vector<s
   }
 }
 
+std::size_t PatchFace::count_splittable(const std::vector<std::uint8_t>& chosen, double narrowest) const {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < cells_.size(); ++i) count += chosen[i] && lattices_.splits(cells_[i].lattice, narrowest);
+  return count;
+}
+
 void PatchFace::find_around(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& around) const {
   around = pressed;
   for (std::size_t i = 0; i < cells_.size(); ++i) {

@@ -62,6 +62,8 @@ class PatchFace {
   void add_ends(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& to) const;
   // Find the cells that press or have a cell beside them that does.
   void find_around(const std::vector<std::uint8_t>& pressed, std::vector<std::uint8_t>& around) const;
+  // Number of chosen cells that can be split into cells at least `narrowest` long [m].
+  std::size_t count_splittable(const std::vector<std::uint8_t>& chosen, double narrowest) const;
 
  private:
   class ShearByOffset;

@@ -66,7 +66,8 @@ constexpr double kUncovered = 0.05;      // share of its low points that may lie
                                          // these are cut away at the body's rim
 constexpr double kGenerous = 1.2;        // height up to which coarse cells are laid, over the depth,
 constexpr double kCoarse = 0.3;          // their number over that asked for,
-constexpr double kFewest = 16.0;         // and their least number where they are laid under all of the body
+constexpr double kFewest = 16.0;         // and their least number where they are laid under all of the body,
+constexpr std::size_t kManySpots = 5;    // which tells nothing of this many spots
 constexpr int kGenerousLooks = 4;        // largest number of looks with coarse cells,
 constexpr double kMostLift = 0.4;        // and lift of the contact, over the depth, from which there is another one
 constexpr int kSplits = 4;               // largest number of times that cells are split
@@ -149,6 +150,7 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
   for (int look = 1; look < kLooks; ++look) {
     if (look == kLooksBeforeNested && nests_early(problem, looks)) {
       if (press_nested(problem, looks)) return true;
+      looks.nested = true;
       laid_.place(surface, workspace);   // the workspace has other cells
     }
     if (!choose_view(problem, looks)) break;
@@ -158,7 +160,7 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
   }
   settled_ = !looks.goes_on && looks.best_merit.missed == 0.0;
   if (!looks.last_is_best) std::swap(laid_, best_);
-  if (can_nest(problem, looks) && needs_nested(problem.options)) {
+  if (!looks.nested && can_nest(problem, looks) && needs_nested(problem.options)) {
     if (press_nested(problem, looks)) return true;
     looks.last_is_best = false;
   }
@@ -238,7 +240,7 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
   for (int look = 0; look < kGenerousLooks; ++look) {
     const NextPart next = next_part();
     // Neither a contact that misses a part of the body nor one that leaves the tilt open tells where cells are needed.
-    view.everywhere = view.everywhere || (look > 0 && next.share < 1.0);
+    view.everywhere = view.everywhere || (look > 0 && next.share < 1.0 && spots_.size() < kManySpots);
     if (view.everywhere) view.finer = std::max(kCoarse, kFewest / static_cast<double>(problem.options.cells));
     double highest = kGenerous * laid_.touched_height(true);
     if (look > 0) highest = std::max(highest, (ends_early ? kGenerous : 1.0) * view.least_height);
@@ -252,7 +254,7 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
     const bool open = leaves_uncovered(0.0);
     ends_early = laid_.ends_early();
     if (!lifts && !open && !ends_early) break;
-    view.everywhere = view.everywhere || open;
+    view.everywhere = view.everywhere || (open && spots_.size() < kManySpots);
   }
   return true;
 }
@@ -266,14 +268,14 @@ void PatchPress::choose_to_split(const LawOptions& options, bool all) {
   const double most = std::min(kMostSplit * cells, many);
   if (all) {
     laid_.cells().find_around(laid_.pressed(), chosen_);
-    if (!too_many_to_split(most)) return;
+    if (split_count(options.narrowest) <= most) return;
   }
   double least = kUneven * laid_.contact().indentation(), much = kStillOverlooked * laid_.contact().lowered();
   for (;;) {
     laid_.cells().find_rough(laid_.contact(), least, chosen_);
-    const bool few = !too_many_to_split(most);
+    const bool few = split_count(options.narrowest) <= most;
     if (few) add_overlooking(much);
-    if (few && !too_many_to_split(many)) return;
+    if (few && split_count(options.narrowest) <= many) return;
     (few ? much : least) *= kMoreUneven;
   }
 }
@@ -309,10 +311,10 @@ bool PatchPress::leaves_uncovered(double share) const {
   return uncovered > share * count;
 }
 
-// Whether there would be more than `most` cells if the chosen ones were split.
-bool PatchPress::too_many_to_split(double most) const {
-  const auto count = static_cast<double>(std::count(chosen_.begin(), chosen_.end(), 1));
-  return count > 0.0 && static_cast<double>(chosen_.size()) + 3.0 * count > most;
+// Number of cells after the chosen ones are split; 0 if none of them can be.
+double PatchPress::split_count(double narrowest) const {
+  const auto count = static_cast<double>(laid_.cells().count_splittable(chosen_, narrowest));
+  return count > 0.0 ? static_cast<double>(chosen_.size()) + 3.0 * count : 0.0;
 }
 
 void PatchPress::refine_flat_rim(const HeightMap& map, const ContactSurface& surface, const double* wrench,
@@ -331,8 +333,9 @@ void PatchPress::refine_rim(const HeightMap& map, const ContactSurface& surface,
   if (!options.law->couples() || !laid_.contact().exact()) return;
   laid_.cells().find_rim(laid_.pressed(), chosen_);
   laid_.cells().add_ends(laid_.pressed(), chosen_);
-  if (too_many_to_split(most)) laid_.cells().find_rim(laid_.pressed(), chosen_);
-  if (too_many_to_split(most)) return;
+  if (split_count(options.narrowest) > most) laid_.cells().find_rim(laid_.pressed(), chosen_);
+  const double count = split_count(options.narrowest);
+  if (count == 0.0 || count > most) return;
   best_ = laid_;
   if (split_pressed({map, surface, options, wrench, workspace, {}, {}})) return;
   std::swap(laid_, best_);
@@ -341,7 +344,7 @@ void PatchPress::refine_rim(const HeightMap& map, const ContactSurface& surface,
 
 // Split the chosen cells and press the body on the new ones. False if no contact is found.
 bool PatchPress::split_pressed(const Problem& problem) {
-  if (std::find(chosen_.begin(), chosen_.end(), 1) == chosen_.end()) return true;
+  if (split_count(problem.options.narrowest) == 0.0) return true;
   if (!laid_.split(chosen_, problem.surface, start_, problem.workspace)) return false;
   laid_.press(problem.surface, problem.wrench, start_, overloads(), problem.workspace);
   return laid_.contact().exact();
@@ -516,6 +519,7 @@ void PatchPress::judge(const Problem& problem, bool pressed, Looks& looks) const
   if (!looks.last_is_best) return;
   looks.best = looks.onward = looks.view;
   looks.best_merit = found;
+  looks.nested = false;
   looks.steps_back = 0;
   looks.goes_on = next_view(found, next, problem.options, looks.onward) && !looks.onward.sees_as(looks.view);
 }

@@ -119,6 +119,7 @@ class PatchPress {
     bool resting_tried = false;   // whether the last view was
     bool moved = false;           // whether the last view was for other parts than those that do not carry the load
     int moves = 0;                // number of such views
+    bool nested = false;          // whether the best contact was pressed on nested cells, in vain
   };
   // The next part of the body that touches outside of all spots while the body tilts.
   struct NextPart {
@@ -150,7 +151,7 @@ class PatchPress {
   void choose_to_split(const LawOptions& options, bool all);
   void add_overlooking(double much);
   bool overlooks();
-  bool too_many_to_split(double most) const;
+  double split_count(double narrowest) const;
   bool split_pressed(const Problem& problem);
   // Whether all cells press, and the body has no other part over the sheet that could.
   bool presses_all() const;

@@ -55,6 +55,8 @@ class SampledLattices {
   void settle(const std::vector<Region>& regions);
   // Whether cells as wide as those of some lattice can be split into cells that are not narrower than `narrowest`.
   bool can_split(double narrowest) const;
+  // Whether the cells of a lattice can be split.
+  bool splits(std::size_t lattice, double narrowest) const;
   // Replace numbered cells by up to four each, half as long and half as wide, but by none narrower than `narrowest`.
   // They are cells of further lattices. `chosen`: whether to replace the cell of each number. All numbers are lost.
   void split(const std::vector<std::uint8_t>& chosen, const HeightWindow& view, double narrowest);
@@ -93,8 +95,6 @@ class SampledLattices {
   // Number of nodes in a row of a lattice, and the first node of a cell.
   std::size_t nodes_across(std::size_t lattice) const { return 2 * lattices_[lattice].columns + 1; }
   const double* corner(std::size_t lattice, std::size_t place) const;
-  // Whether the cells of a lattice can be split.
-  bool splits(std::size_t lattice, double narrowest) const;
   // Whether the body is low enough at some node of a cell.
   bool is_under(std::size_t lattice, std::size_t place) const;
   void append(const Lattice& lattice);
