@@ -180,8 +180,9 @@ double PatchPress::exact_depth(const LawOptions& options) const {
 bool PatchPress::can_nest(const Problem& problem, const Looks& looks) const {
   const LawOptions& options = problem.options;
   if (looks.best_merit.missed > 0.0 || !options.tilting || !(exact_depth(options) > 0.0)) return false;
-  // The first nested cells are coarser by this factor in length and width. They are in vain if they cannot be split.
-  return laid_.cells().lattices().can_split(std::sqrt(kCoarse) * options.narrowest);
+  // The first nested cells are coarser by this factor in length and width. They are in vain if they cannot be split,
+  // unless they are laid under other parts of the body as well.
+  return laid_.cells().lattices().can_split(std::sqrt(kCoarse) * options.narrowest) || next_part().share < 1.0;
 }
 
 // Whether the best contact is pressed on nested cells before other looks. Looks at a single spot soon agree, those at
