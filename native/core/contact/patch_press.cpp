@@ -238,10 +238,8 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
   view.finer = kCoarse;
   view.end_height = view.spot_end = 0.0;
   bool ends_early = false;
+  NextPart next = next_part();
   for (int look = 0; look < kGenerousLooks; ++look) {
-    const NextPart next = next_part();
-    // Neither a contact that misses a part of the body nor one that leaves the tilt open tells where cells are needed.
-    view.everywhere = view.everywhere || (look > 0 && next.share < 1.0 && spots_.size() < kManySpots);
     if (view.everywhere) view.finer = std::max(kCoarse, kFewest / static_cast<double>(problem.options.cells));
     double highest = kGenerous * laid_.touched_height(true);
     if (look > 0) highest = std::max(highest, (ends_early ? kGenerous : 1.0) * view.least_height);
@@ -255,7 +253,9 @@ bool PatchPress::press_generous(const Problem& problem, Viewpoint view) {
     const bool open = leaves_uncovered(0.0);
     ends_early = laid_.ends_early();
     if (!lifts && !open && !ends_early) break;
-    view.everywhere = view.everywhere || (open && spots_.size() < kManySpots);
+    next = next_part();
+    // A contact that misses a part of the body does not tell where cells are needed.
+    view.everywhere = view.everywhere || ((open || next.share < 1.0) && spots_.size() < kManySpots);
   }
   return true;
 }

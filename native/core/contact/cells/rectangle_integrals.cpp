@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace mjtactile {
@@ -250,7 +251,7 @@ const double* unit_table_for(std::size_t columns, std::size_t rows, double width
                                             unit_table<3>, unit_table<4>, unit_table<5>};
   int power;
   if (columns > kUnitTable || rows > kUnitTable || std::frexp(width / height, &power) != 0.5) return nullptr;
-  return power >= 1 && power <= 6 ? kTables[power - 1]() : nullptr;
+  return power >= 1 && power <= static_cast<int>(std::size(kTables)) ? kTables[power - 1]() : nullptr;
 }
 
 }  // namespace

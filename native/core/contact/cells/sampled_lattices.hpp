@@ -55,7 +55,7 @@ class SampledLattices {
   void settle(const std::vector<Region>& regions);
   // Whether cells as wide as those of some lattice can be split into cells that are not narrower than `narrowest`.
   bool can_split(double narrowest) const;
-  // Whether the cells of a lattice can be split.
+  // Whether the cells of one lattice can be, which those along ridges cannot.
   bool splits(std::size_t lattice, double narrowest) const;
   // Replace numbered cells by up to four each, half as long and half as wide, but by none narrower than `narrowest`.
   // They are cells of further lattices. `chosen`: whether to replace the cell of each number. All numbers are lost.
