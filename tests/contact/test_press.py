@@ -144,6 +144,35 @@ def test_a_handful_of_cells_still_carries_the_force(default_influence, cells):
         assert_carried(pressed(default_influence, sphere_at(0.4e-3, 0.1e-3), cells=cells, law=law), 0.05)
 
 
+def leaning_square(slopes: np.ndarray, x0: float, y0: float, turn: float, half: float):
+    def gap(x, y):
+        along = math.cos(turn) * (x - x0) + math.sin(turn) * (y - y0)
+        across = math.cos(turn) * (y - y0) - math.sin(turn) * (x - x0)
+        rise = slopes[0] * along + slopes[1] * across + half * np.abs(slopes).sum()
+        return np.where(np.maximum(np.abs(along), np.abs(across)) <= half, rise, np.inf)
+
+    return gap
+
+
+@pytest.mark.slow
+def test_leaning_squares_that_keep_their_orientation_read_as_with_many_cells(default_influence):
+    """They are mostly looked at once, so the cells of that look have to fit the part of the face that presses."""
+    rng = np.random.default_rng(5)
+    errors = []
+    for _ in range(24):
+        slopes = rng.normal(size=2) * math.radians(0.7)
+        place = rng.uniform(-1.5e-3, 1.5e-3, 2)
+        gap = leaning_square(slopes, *place, rng.uniform(0, 2 * math.pi), rng.uniform(1.5e-3, 4e-3))
+        force = 10 ** rng.uniform(-1.3, 0.0)
+        few, many = (
+            default_influence.readings(pressed(default_influence, gap, force, cells=cells, tilt="fixed"))
+            for cells in (60, 1500)
+        )
+        errors.append(np.linalg.norm(few - many) / np.linalg.norm(many))
+    assert np.median(errors) <= 0.009
+    assert max(errors) <= 0.03
+
+
 def test_foundation_sinks_in_as_the_elastic_surface_does(default_influence):
     """Calibrated on flat round punches: these to a few per cent, other shapes roughly."""
     for radius in (0.8e-3, 2e-3, 4e-3):

@@ -18,8 +18,6 @@ constexpr std::size_t kFewSamples = 16;
 // Samples that are higher than the level by less than this share count as below it. Nearly symmetric bodies have pairs
 // of samples of nearly equal heights, and a level between the two would make the contact one-sided.
 constexpr double kTogether = 1e-3;
-// Distance from the line between two cells of the grid at which a point lies on it, over the cell's size.
-constexpr double kOnLine = 1e-6;
 // Largest number of parts that are sampled on their own. If there are more, they are treated as one part.
 constexpr std::size_t kMostParts = 64;
 // Points within this many grid steps belong to one part, because the grid misses some points of narrow contacts.
@@ -130,8 +128,8 @@ std::size_t ContactSearch::sample_about(const Point& at) const {
 // nearest to the grid point is used. A point on the line between cells, within rounding, is offered to all of them.
 void ContactSearch::offer(const Point& at, double height) {
   const double column = (at.x - bounds_.west) / step_[0], row = (at.y - bounds_.south) / step_[1];
-  for (std::size_t j = line_at(row - kOnLine); j <= line_at(row + kOnLine); ++j) {
-    for (std::size_t i = line_at(column - kOnLine); i <= line_at(column + kOnLine); ++i) {
+  for (std::size_t j = line_at(row - Lattice::kOnLine); j <= line_at(row + Lattice::kOnLine); ++j) {
+    for (std::size_t i = line_at(column - Lattice::kOnLine); i <= line_at(column + Lattice::kOnLine); ++i) {
       const std::size_t sample = j * kLines + i;
       const Point middle = grid_point(sample), &kept = points_[sample];
       const bool nearer =

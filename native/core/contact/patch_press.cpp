@@ -42,9 +42,12 @@ constexpr double kTouchMargin = 1.05;    // safety factor on the height up to wh
 constexpr double kTiltedShare = 0.6;     // height up to which parts of a tilted body touch, over the depth;
 constexpr double kTiltedShareOfRings = 1.0;   // the same along a bent ridge, beside which the surface sinks in little
 
-// Cells are laid again, lower, if fewer than this share of them press and the contact ends below this share of their
-// height.
-constexpr double kFewPress = 0.6, kMuchLower = 0.5;
+// Cells are laid again, lower, if less than a share of them press and the contact ends below a share of their height.
+// A body that does not tilt is mostly looked at once, so its cells should fit more closely.
+struct LaidLower {
+  double pressed, height;
+};
+constexpr LaidLower kLaidLowerTilting = {0.6, 0.5}, kLaidLowerUpright = {0.66, 0.9};
 constexpr double kOtherPart = 2.0;       // other parts of the body begin outside a region enlarged by this factor
 
 // Contacts whose cells tell the body's shape badly are pressed on more of them, in proportion to their roughness.
@@ -286,10 +289,9 @@ void PatchPress::add_overlooking(double much) {
   const double lowered = laid_.contact().lowered();
   search_.each_sample(seen_plane(), [&](const Point& at, double height) {
     if (!(height < lowered)) return;
-    const std::int32_t number = laid_.cells().lattices().number_at(at);
-    if (number < 0) return;
-    const auto cell = static_cast<std::size_t>(number);
-    if (laid_.heights()[cell] - height > much) chosen_[cell] = 1;
+    laid_.cells().lattices().each_number_at(at, [&](std::size_t cell) {
+      if (laid_.heights()[cell] - height > much) chosen_[cell] = 1;
+    });
   });
 }
 
@@ -306,8 +308,10 @@ bool PatchPress::leaves_uncovered(double share) const {
   double count = 0.0, uncovered = 0.0;
   search_.each_sample(seen_plane(), [&](const Point& at, double height) {
     if (!(height < deep)) return;
+    bool covered = false;
+    laid_.cells().lattices().each_number_at(at, [&](std::size_t) { covered = true; });
     count += 1.0;
-    if (laid_.cells().lattices().number_at(at) < 0) uncovered += 1.0;
+    if (!covered) uncovered += 1.0;
   });
   return uncovered > share * count;
 }
@@ -659,7 +663,8 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
   const bool touches = carries && next.share < 1.0;
   const double small = along_ridges() ? kSmallTiltOfStrips : kSmallTilt;
   const bool tilted = touches || (lift > small * depth && !narrow);
-  const bool few = static_cast<double>(pressed) < kFewPress * static_cast<double>(laid_.count());
+  const LaidLower& lower = options.tilting ? kLaidLowerTilting : kLaidLowerUpright;
+  const bool few = static_cast<double>(pressed) < lower.pressed * static_cast<double>(laid_.count());
   if (tilted) {
     const double rolling = secant_share(slopes, view.last_tilt);
     // The tilt ends at the next part that touches. A part that was searched for before is not apart from the others.
@@ -701,7 +706,7 @@ bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOp
     return true;
   }
   // Cells above the height to which the body sinks in are not needed.
-  if (few && search_.level() > 0.0 && !strips && touching < kMuchLower * laid_.view().highest) {
+  if (few && search_.level() > 0.0 && !strips && touching < lower.height * laid_.view().highest) {
     view.end_height = touching;
     // Spots up to a level above the contact's end may hold several places where the body touches.
     if (search_.level() > touching) view.spot_end = touching;

@@ -1,6 +1,8 @@
 // Lattices of rectangular contact cells, and the rectangles they cover.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "geometry/polygon.hpp"
@@ -13,6 +15,9 @@ constexpr double kWithin = 1.0 - 1e-9;
 
 // Equal rectangles in rows and columns about a centre, turned by an angle, in the pad frame.
 struct Lattice {
+  // Points closer than this to a line of a grid, in cells, are on it. Rounding would choose its side.
+  static constexpr double kOnLine = 1e-6;
+
   Point centre;                 // [m]
   double size, stretch;         // length of a cell along the rows [m]; length over width [-]
   std::size_t columns, rows;
@@ -32,16 +37,27 @@ struct Lattice {
   Point middle(std::size_t cell) const {
     return at(static_cast<double>(cell % columns) + 0.5, static_cast<double>(cell / columns) + 0.5);
   }
-  // Whether a point is over the lattice, and then the number of the cell that has it, row by row.
-  bool holds(const Point& point, std::size_t& cell) const {
+  // Visit the cells that have a point, counted row by row. They are several if it is on a line between
+  // cells.
+  template <typename Visit>
+  void each_at(const Point& point, Visit visit) const {
     const double x = point.x - centre.x, y = point.y - centre.y;
-    const double column = (cosine * x + sine * y) / size + static_cast<double>(columns) / 2;
-    const double row = (cosine * y - sine * x) / width() + static_cast<double>(rows) / 2;
-    if (!(column >= 0.0 && column < static_cast<double>(columns) && row >= 0.0 && row < static_cast<double>(rows))) {
-      return false;
+    const Range in_row = beside((cosine * x + sine * y) / size + static_cast<double>(columns) / 2, columns);
+    const Range in_column = beside((cosine * y - sine * x) / width() + static_cast<double>(rows) / 2, rows);
+    for (std::size_t row = in_column.first; row < in_column.end; ++row) {
+      for (std::size_t column = in_row.first; column < in_row.end; ++column) visit(row * columns + column);
     }
-    cell = static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column);
-    return true;
+  }
+
+ private:
+  struct Range {
+    std::size_t first, end;
+  };
+  // Of `count` cells in a line, those that have a point with the given coordinate.
+  static Range beside(double coordinate, std::size_t count) {
+    const double first = std::max(std::floor(coordinate - kOnLine), 0.0);
+    const double end = std::min(std::floor(coordinate + kOnLine) + 1.0, static_cast<double>(count));
+    return {static_cast<std::size_t>(first), static_cast<std::size_t>(std::max(end, first))};
   }
 };
 

@@ -244,6 +244,12 @@ CellSpans SampledLattices::spans(std::size_t lattice, std::size_t place) const {
   return found;
 }
 
+bool SampledLattices::is_counted_at(std::size_t lattice, const Point& at) const {
+  bool counted = false;
+  lattices_[lattice].each_at(at, [&](std::size_t place) { counted = counted || number(lattice, place) == kCounted; });
+  return counted;
+}
+
 void SampledLattices::settle(const std::vector<Region>& regions) {
   twice_.clear();
   for (std::size_t own = 0; size() > 1 && own < size(); ++own) {
@@ -253,8 +259,7 @@ void SampledLattices::settle(const std::vector<Region>& regions) {
       const Point at = lattice.middle(place);
       if (regions[own].holds(at)) continue;
       for (std::size_t other = 0; other < size(); ++other) {
-        std::size_t cell;
-        if (other == own || !lattices_[other].holds(at, cell) || number(other, cell) != kCounted) continue;
+        if (other == own || !is_counted_at(other, at)) continue;
         if (!regions[other].holds(at) && regions[other].away(at) >= regions[own].away(at)) continue;
         twice_.push_back(lattices_[own].first + place);
         break;

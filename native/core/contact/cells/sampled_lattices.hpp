@@ -71,13 +71,14 @@ class SampledLattices {
   void set_number(std::size_t lattice, std::size_t place, std::int32_t number) {
     numbers_[lattices_[lattice].first + place] = number;
   }
-  // The number of the cell that has a point; negative if there is none.
-  std::int32_t number_at(const Point& point) const {
-    std::size_t place = 0;
+  // Visit the numbers of the cells that have a point: several if it is on a line, or cells of several lattices have it.
+  template <typename Visit>
+  void each_number_at(const Point& point, Visit visit) const {
     for (std::size_t k = 0; k < size(); ++k) {
-      if (lattices_[k].holds(point, place) && number(k, place) >= 0) return number(k, place);
+      lattices_[k].each_at(point, [&](std::size_t place) {
+        if (number(k, place) >= 0) visit(static_cast<std::size_t>(number(k, place)));
+      });
     }
-    return kNone;
   }
   // The number of the cell that stands some columns and rows away from another one; negative if there is none.
   std::int32_t beside(std::size_t lattice, std::size_t place, int columns, int rows) const {
@@ -95,6 +96,8 @@ class SampledLattices {
   // Number of nodes in a row of a lattice, and the first node of a cell.
   std::size_t nodes_across(std::size_t lattice) const { return 2 * lattices_[lattice].columns + 1; }
   const double* corner(std::size_t lattice, std::size_t place) const;
+  // Whether some cell of a lattice that has a point counts.
+  bool is_counted_at(std::size_t lattice, const Point& at) const;
   // Whether the body is low enough at some node of a cell.
   bool is_under(std::size_t lattice, std::size_t place) const;
   void append(const Lattice& lattice);
