@@ -137,9 +137,28 @@ def _step(rng: Rng) -> Shape:
     return Shape(_box(-x, 0, x, y) + _box(x, 0, x, y, less), 1e-3)
 
 
+def _terrain(rng: Rng) -> Shape:
+    """A height field upside down, with a peak or a valley every millimetre or so."""
+    count, half, high = int(rng.integers(4, 12)), rng.uniform(2e-3, 6e-3), rng.uniform(0.05e-3, 1e-3)
+    heights = rng.random((count, count))
+    size = f"{half:.9g} {half:.9g} {high:.9g} .001"
+    elevation = " ".join(f"{height:.9g}" for height in heights.ravel())
+    field = f'<hfield name="t" nrow="{count}" ncol="{count}" size="{size}" elevation="{elevation}"/>'
+    return Shape('<geom type="hfield" hfield="t" euler="180 0 0"/>', high * float(heights.max()), field)
+
+
+def _bumps(rng: Rng) -> Shape:
+    """Many balls of unlike sizes that hang nearly as low as each other."""
+    count, half, spread = int(rng.integers(7, 25)), rng.uniform(2e-3, 5e-3), rng.uniform(0.01e-3, 0.3e-3)
+    x, y = rng.uniform(-half, half, count), rng.uniform(-half, half, count)
+    radii, heights = rng.uniform(0.3e-3, 1.5e-3, count), rng.uniform(0.0, spread, count)
+    places = zip(x, y, radii, radii + heights - 1e-3, strict=True)
+    return Shape("".join(_ball(*map(float, place)) for place in places), 1e-3)
+
+
 KINDS: dict[str, Callable[[Rng], Shape]] = {
     "ring": _ring, "rods": _rods, "frame": _frame, "balls": _balls, "feet": _feet, "bars": _bars, "edge": _edge,
-    "block": _block, "bosses": _bosses, "step": _step,
+    "block": _block, "bosses": _bosses, "step": _step, "terrain": _terrain, "bumps": _bumps,
 }  # fmt: skip
 
 

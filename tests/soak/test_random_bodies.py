@@ -39,6 +39,13 @@ def test_narrow_contacts_are_read_as_by_the_dense_contact(kind, seed, pad, cells
     assert found.error <= bound
 
 
+@pytest.mark.parametrize(("fidelity", "bound"), [("fast", 0.12), ("balanced", 0.04)])
+def test_a_height_field_is_read_though_cells_that_overlook_a_part_cannot_be_split(fidelity, bound):
+    found = bodies.look_at(bodies.case_of(4020, "terrain", "default"), "", fidelity, cells=1600, farthest=float("inf"))
+    assert found.error is not None
+    assert found.error <= bound
+
+
 @pytest.mark.parametrize(
     ("kind", "seed", "pad"), [("ring", 148, "narrow"), ("ring", 254, "small"), ("ring", 249, "default")]
 )
