@@ -3,241 +3,34 @@
 A dataset is a folder of Parquet files. pandas, polars, DuckDB and Arrow in any language read them without this package,
 and labels can be read without the readings. Every part is a file that exists completely or not at all, so resuming
 means making the missing parts. HDF5 and Zarr store arrays too, but a crash destroys an HDF5 file that is being written,
-and table tools read neither. Each file's metadata contains the pad, its fingerprint and the specification as JSON under
-"mjtactile", and a checksum of the whole file (seal.py). Damaged parts are detected: readers refuse them, and
-`make_dataset` makes them again.
+and table tools read neither. Damaged parts are detected: readers refuse them, and `make_dataset` makes them again.
 """
 
 from __future__ import annotations
 
-import io
-import json
 import math
 import shutil
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from mjtactile._files import PARTIAL, check_writable, lock_file, make_folder, path_from, unusable
-from mjtactile._installed import __version__, require
+from mjtactile._files import PARTIAL, check_writable, lock_file, make_folder, path_from
+from mjtactile._installed import require
 from mjtactile._progress import progress_bar
 from mjtactile._types import Array
-from mjtactile.dataset.hardware import transducer_for
-from mjtactile.dataset.sampling import NOISE, OutlinePresses, outline_presses, stream
-from mjtactile.dataset.seal import UNSEALED, is_sealed, is_whole, sealed
+from mjtactile.dataset.part import Part, influence_of, outlines_of, part_file, part_name, read_part
+from mjtactile.dataset.sampling import outline_presses
 from mjtactile.dataset.shapes import shape_indenter
 from mjtactile.dataset.spec import DatasetSpec
 from mjtactile.errors import DamagedPartError, DatasetError, DatasetWarning, DistributeError, of_type, shortened
-from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.pad import Pad
 from mjtactile.units import is_whole as is_whole_number
 from mjtactile.workers import Workers, check_workers, make_files
-
-if TYPE_CHECKING:
-    import pyarrow as pa
-
-
-#: Version of the files' format.
-FORMAT = 2
-#: Columns that contain names.
-_NAMES = ("shape", "preset", "law", "tangential", "transducer")
-#: Columns that are the same for all presses of an outline, named as in `OutlinePresses`.
-_OF_OUTLINE = ("shape", "size", "free", "preset", "law", "tangential")
-#: Key of the metadata in a file's schema.
-_METADATA = b"mjtactile"
-
-
-def part_file(spec: DatasetSpec, part: tuple[int, int]) -> bytes:
-    """Make one part of a dataset, presses from the first index to before the second; return its Parquet file."""
-    require("dataset")
-    import pyarrow.parquet as pq
-
-    made = [press_columns(spec, outline_presses(spec, outline)) for outline in _outlines(spec, part)]
-    columns = {name: np.concatenate([columns[name] for columns in made]) for name in made[0]}
-    wanted = columns["press"] < part[1]
-    table = _table(spec, part, {name: column[wanted] for name, column in columns.items()})
-    file = io.BytesIO()
-    # No two readings are alike, so a dictionary of them would be larger than the readings themselves. Page checksums
-    # are for readers that do not know this package.
-    writer = pq.ParquetWriter(
-        file,
-        table.schema,
-        compression="zstd",
-        use_dictionary=list(_NAMES),  # type: ignore[arg-type]
-        write_page_checksum=True,
-    )
-    with writer:
-        writer.write_table(table)
-        writer.add_key_value_metadata(UNSEALED)
-    return sealed(file.getvalue())
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """A part that was read and verified."""
-
-    path: Path  #: path of the file
-    metadata: dict[str, Any]  #: pad, specification and range of presses
-    content: bytes  #: bytes of the file
-
-    @property
-    def presses(self) -> tuple[int, int]:
-        """Index of the first press, and one past the last."""
-        first, end = self.metadata["part"]
-        return first, end
-
-    @property
-    def asked(self) -> int:
-        """Number of presses of the whole dataset when the part was made."""
-        return self.metadata["spec"]["presses"]
-
-    def table(self, *, readings: bool) -> pa.Table:
-        """The columns, with or without the readings."""
-        require("dataset")
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
-        names = [name for name in part_schema(self.metadata["reading_shape"]).names if readings or name != "readings"]
-        return pq.read_table(pa.BufferReader(self.content), columns=names).replace_schema_metadata(None)
-
-
-def part_name(first: int) -> str:
-    """File name of a part, given the index of its first press."""
-    return f"presses-{first:09d}.parquet"
-
-
-def read_part(path: Path) -> Part:
-    """Read a part and verify its checksum.
-
-    Raises:
-        DamagedPartError: it is damaged, or has the name of another part.
-        DatasetError: it is another kind of file.
-    """
-    require("dataset")
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    found = unusable(path)
-    if found is not None:
-        raise DatasetError(f"{path} is {found}, not a part of a dataset of presses. Move it elsewhere.")
-    content = path.read_bytes()
-    if not is_whole(content):
-        if _is_foreign(content):
-            raise DatasetError(f"{path} is not a part of a dataset of presses. Move it elsewhere.")
-        raise DamagedPartError(f"{path} is damaged: its bytes are not those that were written.")
-    schema = pq.read_schema(pa.BufferReader(content))
-    metadata = json.loads((schema.metadata or {}).get(_METADATA, b"{}"))
-    if metadata.get("format") != FORMAT:
-        raise DatasetError(
-            f"{path} is of another version of mjtactile. Read it with that one, or make the dataset again."
-        )
-    if not schema.equals(part_schema(metadata["reading_shape"])):
-        raise DamagedPartError(f"{path} has other columns than a part of a dataset of presses.")
-    part = Part(path, metadata, content)
-    if path.name != part_name(part.presses[0]):
-        raise DamagedPartError(f"{path} holds presses {part.presses[0]} to {part.presses[1]}: it was renamed.")
-    return part
-
-
-def part_schema(reading_shape: Sequence[int]) -> pa.Schema:
-    """Columns of a part, in order."""
-    require("dataset")
-    import pyarrow as pa
-
-    text, number, flag = pa.string(), pa.float64(), pa.bool_()
-    columns = {"press": pa.int64(), "shape": text}
-    columns |= dict.fromkeys(("size", "rotation", "shift_x", "shift_y"), number)
-    columns |= dict.fromkeys(("force_x", "force_y", "force_z", "position_x", "position_y"), number)
-    columns |= {"free": flag, "preset": text, "law": text, "tangential": text, "noise": number, "transducer": text}
-    return pa.schema({**columns, "readings": pa.list_(pa.float32(), math.prod(reading_shape))})
-
-
-def _is_foreign(content: bytes) -> bool:
-    """Whether a file is a valid Parquet file without this package's metadata."""
-    require("dataset")
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    if is_sealed(content):
-        return False
-    try:
-        return _METADATA not in (pq.read_schema(pa.BufferReader(content)).metadata or {})
-    except (pa.ArrowException, OSError, ValueError):
-        return False
-
-
-def press_columns(spec: DatasetSpec, presses: OutlinePresses) -> dict[str, np.ndarray]:
-    """Labels and readings of an outline's presses that settled, as columns by name, (presses, ...)."""
-    influence = _influence(spec.pad, presses.preset)
-    if spec.backend == "mujoco":
-        from mjtactile.dataset.by_scene import mujoco_readings as readings_of
-    else:
-        from mjtactile.dataset.by_law import physics_readings as readings_of
-    readings, forces, points = readings_of(influence, presses)
-    count = len(readings)
-    settled = np.isfinite(readings.reshape(count, -1)).all(axis=1)
-    index = presses.first + np.arange(count)
-    noise = np.zeros(count)
-    for k in np.flatnonzero(settled):
-        readings[k], noise[k] = _as_reported(spec, readings[k], stream(spec.seed, NOISE, int(index[k])))
-    shifts = np.repeat([pose.shift for pose in presses.poses], spec.forces, axis=0)
-    columns = {
-        "press": index,
-        **{name: np.full(count, getattr(presses, name)) for name in _OF_OUTLINE},
-        "rotation": np.repeat([pose.rotation for pose in presses.poses], spec.forces),
-        **{f"shift_{axis}": values for axis, values in zip("xy", shifts.T, strict=True)},
-        **{f"force_{axis}": values for axis, values in zip("xyz", forces.T, strict=True)},
-        **{f"position_{axis}": values for axis, values in zip("xy", points.T, strict=True)},
-        "noise": noise,
-        "transducer": np.full(count, (spec.transducer or {}).get("name", "none")),
-        "readings": readings.reshape(count, -1).astype(np.float32),
-    }
-    return {name: column[settled] for name, column in columns.items()}
-
-
-def _as_reported(spec: DatasetSpec, readings: Array, rng: np.random.Generator) -> tuple[Array, float]:
-    """Readings [Pa] with transducer and noise, and the noise's standard deviation over the largest reading [-]."""
-    if spec.transducer is not None:
-        readings = transducer_for(spec.transducer, readings.shape, seed=int(rng.integers(2**31)))(readings)
-    noise = float(rng.uniform(*spec.noise))
-    if noise > 0.0:
-        readings = readings + noise * readings.max() * rng.standard_normal(readings.shape)
-    return readings, noise
-
-
-@lru_cache(maxsize=4)
-def _influence(pad: Pad, fidelity: str) -> InfluenceMatrices:
-    from mjtactile.influence.cache import influence_matrices
-
-    return influence_matrices(pad, fidelity, progress=False)
-
-
-def _table(spec: DatasetSpec, part: tuple[int, int], columns: dict[str, np.ndarray]) -> pa.Table:
-    require("dataset")
-    import pyarrow as pa
-
-    readings = columns["readings"]
-    lists = pa.FixedSizeListArray.from_arrays(pa.array(readings.ravel()), readings.shape[1])
-    arrays = {name: pa.array(column) for name, column in columns.items() if name != "readings"}
-    schema = part_schema(spec.pad.reading_shape)
-    metadata = {
-        "format": FORMAT,
-        "version": __version__,
-        "part": part,
-        "pad": spec.pad.description,
-        "pad_fingerprint": spec.pad.fingerprint,
-        "reading_shape": spec.pad.reading_shape,
-        "spec": spec.description,
-        "spec_fingerprint": spec.fingerprint,
-    }
-    return pa.table({**arrays, "readings": lists}, schema=schema.with_metadata({_METADATA: json.dumps(metadata)}))
-
 
 #: Approximate number of presses in one file.
 _PRESSES_PER_PART = 960
@@ -420,12 +213,6 @@ def read_dataset(folder: str | Path, *, labels_only: bool = False, most: int | N
     return Dataset(flat.reshape(-1, *metadata["reading_shape"]), labels, metadata)
 
 
-def _outlines(spec: DatasetSpec, part: tuple[int, int]) -> range:
-    """Indices of the outlines of a part's presses."""
-    first, end = part
-    return range(first // spec.presses_per_outline, math.ceil(end / spec.presses_per_outline))
-
-
 def _parts(spec: DatasetSpec) -> Iterator[tuple[int, int]]:
     """First press and end of every part; all parts but the last contain whole outlines."""
     per_part = math.ceil(_PRESSES_PER_PART / spec.presses_per_outline) * spec.presses_per_outline
@@ -442,14 +229,14 @@ def _check_poses(spec: DatasetSpec, parts: Iterable[tuple[int, int]]) -> None:
     certain = all(always_on_pad(contact, spec.pad) for contact in spec.contacts)
     if certain or (spec.backend == "physics" and not spec.pad.surface.is_flat):
         return
-    for outline in sorted({outline for part in parts for outline in _outlines(spec, part)}):
+    for outline in sorted({outline for part in parts for outline in outlines_of(spec, part)}):
         presses = outline_presses(spec, outline)
         if spec.backend == "mujoco":
             from mjtactile.dataset.by_scene import pose_scene
 
             touch = partial(pose_scene, shape_indenter(presses.shape, presses.size), spec.pad, presses)
         else:
-            touch = partial(pose_footprint, _influence(spec.pad, presses.preset), presses)
+            touch = partial(pose_footprint, influence_of(spec.pad, presses.preset), presses)
         check_on_pad(spec.pad, presses, touch)
 
 

@@ -161,8 +161,8 @@ def test_leaning_squares_that_keep_their_orientation_read_as_with_many_cells(def
     errors = []
     for _ in range(24):
         slopes = rng.normal(size=2) * math.radians(0.7)
-        place = rng.uniform(-1.5e-3, 1.5e-3, 2)
-        gap = leaning_square(slopes, *place, rng.uniform(0, 2 * math.pi), rng.uniform(1.5e-3, 4e-3))
+        x0, y0 = rng.uniform(-1.5e-3, 1.5e-3, 2)
+        gap = leaning_square(slopes, x0, y0, rng.uniform(0, 2 * math.pi), rng.uniform(1.5e-3, 4e-3))
         force = 10 ** rng.uniform(-1.3, 0.0)
         few, many = (
             default_influence.readings(pressed(default_influence, gap, force, cells=cells, tilt="fixed"))

@@ -15,9 +15,8 @@ import pytest
 from filelock import FileLock
 
 from mjtactile.dataset import files as dataset_module
-from mjtactile.dataset import files as dataset_parts
 from mjtactile.dataset.files import make_dataset, read_dataset
-from mjtactile.dataset.seal import is_whole, sealed
+from mjtactile.dataset.seal import UNSEALED, is_whole, sealed
 from mjtactile.dataset.spec import parse_spec
 from mjtactile.errors import DamagedPartError, DatasetError, DatasetWarning, OutputError
 
@@ -191,7 +190,7 @@ def test_a_whole_part_with_other_columns_is_refused(folder):
     renamed = renamed.replace_schema_metadata({b"mjtactile": table.schema.metadata[b"mjtactile"]})
     with pq.ParquetWriter(file, renamed.schema) as writer:
         writer.write_table(renamed)
-        writer.add_key_value_metadata(dataset_parts.UNSEALED)
+        writer.add_key_value_metadata(UNSEALED)
     (folder / SECOND).write_bytes(sealed(file.getvalue().to_pybytes()))
     with pytest.raises(DamagedPartError, match="other columns"):
         read_dataset(folder)

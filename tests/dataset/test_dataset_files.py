@@ -12,6 +12,7 @@ from mjtactile import Footprint, Pad, contact_load, influence_matrices
 from mjtactile.dataset import files as dataset_module
 from mjtactile.dataset.by_law import physics_readings
 from mjtactile.dataset.files import make_dataset, read_dataset
+from mjtactile.dataset.part import press_columns
 from mjtactile.dataset.sampling import outline_presses
 from mjtactile.dataset.shapes import placed, shape_indenter, sized_face
 from mjtactile.dataset.spec import parse_spec
@@ -109,7 +110,7 @@ def test_a_transducer_reports_in_its_own_counts(tmp_path):
 def test_presses_that_do_not_settle_are_left_out_whatever_reports_them(monkeypatch, transducer):
     spec = replace(SPEC, transducer=transducer, noise=(0.01, 0.01))
     presses = outline_presses(spec, 0)
-    whole = dataset_module.press_columns(spec, presses)
+    whole = press_columns(spec, presses)
 
     def but_one(influence, presses):
         readings, forces, points = physics_readings(influence, presses)
@@ -117,7 +118,7 @@ def test_presses_that_do_not_settle_are_left_out_whatever_reports_them(monkeypat
         return readings, forces, points
 
     monkeypatch.setattr("mjtactile.dataset.by_law.physics_readings", but_one)
-    settled = dataset_module.press_columns(spec, presses)
+    settled = press_columns(spec, presses)
     assert settled["press"].tolist() == [0, 2, 3]
     np.testing.assert_array_equal(settled["readings"], whole["readings"][[0, 2, 3]])
 
@@ -209,7 +210,7 @@ def test_a_press_that_is_refused_is_not_one_that_did_not_settle(monkeypatch):
     contact = replace(SLIDING.contacts[0], force=(5.0, 5.0))
     spec = replace(SLIDING, contacts=(contact,))
     with pytest.raises(SceneError, match="exceeds the actuators' range"):
-        dataset_module.press_columns(spec, outline_presses(spec, 0))
+        press_columns(spec, outline_presses(spec, 0))
 
 
 def test_workers_may_be_whole_numbers_of_numpy(tmp_path):
