@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mjtactile._checksums import METADATA, check_arrays, check_header, with_checksums
-from mjtactile._files import write_atomically
+from mjtactile._files import METADATA, check_arrays, check_header, with_checksums, write_atomically
 from mjtactile.errors import RecognitionError, of_type
 from mjtactile.pad import Pad
 from mjtactile.recognition.symmetry import NEEDED, is_symmetric

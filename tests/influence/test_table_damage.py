@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from small_pads import COARSE, LAYERED_PAD
 
-import mjtactile._checksums
+import mjtactile._files
 import mjtactile.influence.table
-from mjtactile._checksums import checksum
+from mjtactile._files import checksum
 from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError, InfluenceWarning
 from mjtactile.fidelity import Fidelity
@@ -234,7 +234,7 @@ def test_cache_rebuilds_what_is_damaged_and_says_so(tmp_path, monkeypatch):
 
 def test_a_file_is_compared_once_per_process_until_it_changes(saved, monkeypatch):
     compared = []
-    monkeypatch.setattr(mjtactile._checksums, "checksum", lambda table: compared.append(1) or checksum(table))
+    monkeypatch.setattr(mjtactile._files, "checksum", lambda table: compared.append(1) or checksum(table))
     count = len(json.loads(_about(saved)["checksums"]))
     load_influence(saved)
     load_influence(saved)
