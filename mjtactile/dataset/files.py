@@ -24,7 +24,17 @@ from mjtactile._files import PARTIAL, check_writable, lock_file, make_folder, pa
 from mjtactile._installed import require
 from mjtactile._progress import progress_bar
 from mjtactile._types import Array
-from mjtactile.dataset.part import Part, influence_of, outlines_of, part_file, part_name, read_part
+from mjtactile.dataset.part import (
+    PART_FILES,
+    Part,
+    count_presses,
+    first_press,
+    influence_of,
+    outlines_of,
+    part_file,
+    part_name,
+    read_part,
+)
 from mjtactile.dataset.sampling import outline_presses
 from mjtactile.dataset.shapes import shape_indenter
 from mjtactile.dataset.spec import DatasetSpec
@@ -34,7 +44,6 @@ from mjtactile.workers import Workers, check_workers, make_files
 
 #: Approximate number of presses in one file.
 _PRESSES_PER_PART = 960
-_FILES = "presses-*.parquet"
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +128,7 @@ def make_dataset(spec: DatasetSpec, folder: str | Path, *, workers: int | Worker
         with progress_bar(f"pressing, {spec.backend}", total, wanted=progress) as advance:
             for path in make_files(partial(part_file, spec), parts, chosen):
                 first, end = parts[path]
-                made += _rows(path)
+                made += count_presses(path)
                 advance(end - first)
         _check_some(spec, folder)
     if made < total:
@@ -141,18 +150,9 @@ def _chosen(workers: object) -> Workers:
     return Workers(count=int(workers))
 
 
-def _rows(path: Path) -> int:
-    """Number of presses in a part."""
-    require("dataset")
-    import pyarrow.parquet as pq
-
-    with path.open("rb") as file:  # Arrow cannot open names that are not UTF-8
-        return pq.ParquetFile(file).metadata.num_rows
-
-
 def _check_some(spec: DatasetSpec, folder: Path) -> None:
     """Refuse a complete dataset without any press."""
-    if not any(_rows(folder / part_name(first)) for first, _ in _parts(spec)):
+    if not any(count_presses(folder / part_name(first)) for first, _ in _parts(spec)):
         raise DatasetError(
             f"all {spec.presses} presses were left out: {_why_left_out(spec)}. The dataset in {folder} is empty. "
             "Delete it, and give other forces, tilts or shifts."
@@ -182,7 +182,7 @@ def read_dataset(folder: str | Path, *, labels_only: bool = False, most: int | N
 
     folder = path_from(folder, "folder", DatasetError)
     remedy = f"Make what is missing: mjtactile dataset --spec FILE.toml --out {folder}"
-    paths = sorted(folder.glob(_FILES))
+    paths = sorted(folder.glob(PART_FILES))
     if not paths:
         raise DatasetError(
             f"there is no dataset in {folder}. Make one: mjtactile dataset --spec FILE.toml --out {folder}"
@@ -249,7 +249,7 @@ def _kept(spec: DatasetSpec, folder: Path) -> set[tuple[int, int]]:
     """
     kept, damaged, most = set(), [], 0
     own = spec.fingerprint
-    for path in sorted(folder.glob(_FILES)):
+    for path in sorted(folder.glob(PART_FILES)):
         try:
             part = read_part(path)
         except DamagedPartError as error:
@@ -262,7 +262,7 @@ def _kept(spec: DatasetSpec, folder: Path) -> set[tuple[int, int]]:
         kept.add(part.presses)
         most = max(most, part.asked, part.presses[1])
     for path, _ in damaged:
-        most = max(most, _least_asked(path))
+        most = max(most, first_press(path) + 1)
     if spec.presses < most:
         raise DatasetError(
             f"{folder} holds a dataset of {most} presses, but {spec.presses} were asked for. Presses are never "
@@ -281,12 +281,6 @@ def _difference(spec: DatasetSpec, part: Part) -> str:
     if {**part.metadata["spec"], "presses": spec.presses} == spec.description:
         return "the same specification, but with other mesh files: they have changed"
     return "another specification or seed"
-
-
-def _least_asked(path: Path) -> int:
-    """Least number of presses of the dataset that a damaged part belonged to, from its name."""
-    digits = path.stem.removeprefix("presses-")
-    return int(digits) + 1 if digits.isdecimal() and len(digits) == len(part_name(0)) - len("presses-.parquet") else 0
 
 
 def _put_aside(path: Path) -> Path:

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 
+#: Pattern of the file names of parts.
+PART_FILES = "presses-*.parquet"
 #: Version of the files' format.
 FORMAT = 2
 #: Columns that contain names.
@@ -105,6 +107,21 @@ class Part:
 def part_name(first: int) -> str:
     """File name of a part, given the index of its first press."""
     return f"presses-{first:09d}.parquet"
+
+
+def first_press(path: Path) -> int:
+    """Index of a part's first press, from the part's file name; -1 if that is no name of a part."""
+    digits = path.stem.removeprefix("presses-")
+    return int(digits) if digits.isdecimal() and path.name == part_name(int(digits)) else -1
+
+
+def count_presses(path: Path) -> int:
+    """Number of presses in a part, from its file's metadata alone."""
+    require("dataset")
+    import pyarrow.parquet as pq
+
+    with path.open("rb") as file:  # Arrow cannot open names that are not UTF-8
+        return pq.ParquetFile(file).metadata.num_rows
 
 
 def read_part(path: Path) -> Part:
