@@ -176,14 +176,19 @@ Point ContactSearch::grid_point(std::size_t sample) const {
 void ContactSearch::set_heights(const Plane& plane) {
   const std::size_t count = raw_.size();
   heights_.resize(count);
-  for (std::size_t i = 0; i < count; ++i) heights_[i] = raw_[i] - plane(points_[i].x, points_[i].y);
+  // Local copies, so that the compiler vectorises the loops.
+  double* const heights = heights_.data();
+  const double* const raw = raw_.data();
+  const Point* const at = points_.data();
+  const Plane from = plane;
+  for (std::size_t i = 0; i < count; ++i) heights[i] = raw[i] - from(at[i].x, at[i].y);
   double least[4] = {kNowhere, kNowhere, kNowhere, kNowhere};  // four independent minima for speed
   for (std::size_t i = 0; i + 4 <= count; i += 4) {
-    for (std::size_t k = 0; k < 4; ++k) least[k] = std::min(least[k], heights_[i + k]);
+    for (std::size_t k = 0; k < 4; ++k) least[k] = std::min(least[k], heights[i + k]);
   }
-  for (std::size_t i = count - count % 4; i < count; ++i) least[0] = std::min(least[0], heights_[i]);
-  lowest_ = std::min({least[0], least[1], least[2], least[3]});
-  for (double& one : heights_) one = levelled(one - lowest_);
+  for (std::size_t i = count - count % 4; i < count; ++i) least[0] = std::min(least[0], heights[i]);
+  const double lowest = lowest_ = std::min({least[0], least[1], least[2], least[3]}), level = same();
+  for (std::size_t i = 0; i < count; ++i) heights[i] = levelled(heights[i] - lowest, level);
 }
 
 // Raise the level until the parts below it carry kSpare times the load or the contact ends, then connect the parts.
@@ -321,9 +326,9 @@ void ContactSearch::set_level(const SearchLoad& load) {
     deepest = 0.0;
   }
   for (std::size_t k = 0; k < part_count_; ++k) {
-    for (double& one : parts_[k].heights) one = levelled(one - deepest);
+    for (double& one : parts_[k].heights) one = levelled(one - deepest, same());
   }
-  highest = levelled(highest);
+  highest = levelled(highest, same());
   level_ = loaded_ = level_for(load, 0.0, highest);
   if (all_below(level_).area < load.least_area) level_ = level_for(load, load.least_area, highest);
   level_ = std::min(level_, load.end), loaded_ = std::min(loaded_, load.end);

@@ -167,8 +167,8 @@ class ContactSearch {
 
   // Height of a point of the body over a plane and its lowest point [m].
   double over(const Plane& plane, const Point& at, double height) const { return height - plane(at.x, at.y) - lowest_; }
-  // A height above the lowest point [m]; 0 if it differs from it by rounding only.
-  double levelled(double height) const { return std::abs(height) <= same() ? 0.0 : height; }
+  // A height above the lowest point [m]; 0 if it is `same` [m], which is rounding, or less from it.
+  static double levelled(double height, double same) { return std::abs(height) <= same ? 0.0 : height; }
 
   static constexpr double kSame = 1e-9;   // over the spacing
   Rectangle bounds_ = {};

@@ -41,9 +41,14 @@ bool Ridges::find_candidates(const HeightWindow& view, const Grid& grid, double 
     return Point{grid.bounds.west + steps[0] * (column + 0.5), grid.bounds.south + steps[1] * (row + 0.5)};
   };
   over_.resize(lines * lines);
-  for (std::size_t sample = 0; sample < over_.size(); ++sample) {
-    const Point at = point(static_cast<double>(sample % lines), static_cast<double>(sample / lines));
-    over_[sample] = view.measured(at, grid.heights[sample]) - view.highest;
+  for (std::size_t row = 0; row < lines; ++row) {
+    const double* const heights = grid.heights.data() + row * lines;
+    double* const over = over_.data() + row * lines;
+    const HeightWindow from = view;   // a local copy, so that the compiler vectorises the loop
+    for (std::size_t column = 0; column < lines; ++column) {
+      const Point at = point(static_cast<double>(column), static_cast<double>(row));
+      over[column] = from.measured(at, heights[column]) - from.highest;
+    }
   }
   lines_.clear(), line_ends_.clear(), candidates_.clear();
   const double low = needed.height - view.highest;

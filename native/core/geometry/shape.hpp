@@ -69,13 +69,14 @@ class PlacedShape {
     double slope[2], square, xx, xy, yy;
     bool upright;
   };
-  struct Slab {          // the half length is `reach`; if upright, a line is inside where |slope . (x, y)| <= reach
-    double slope[2], reach;
-    bool upright;
+  struct Slab {          // the half length is `half`, and a line meets the slab where |slope . (x, y)| <= reach
+    double slope[2], half, reach;   // half is infinite if upright, reach is if not
+    bool is_upright() const { return reach < kNowhere; }
   };
   Round round(const double* scales, int axes, const double* centre) const;
   Slab slab(int axis, double half) const;
   double entry(double x, double y) const;
+  void lower_to_box(const std::vector<Point>& points, double floor, double* heights) const;
   void add_lowest_edges(int axis, std::vector<Point>& points) const;
   void add_in_pad(const double* local, std::vector<Point>& points) const;
   void find_box();

@@ -190,10 +190,10 @@ void CellContact::measure(const Face& face, const ContactLaw& law, const Matrix&
     lowered_ = std::max(lowered_, deep + (heights == nullptr ? 0.0 : heights[i]));
     energy_ += found_.normal[i] * deep / 2;
   }
-  double widest = 0.0;
-  for (const Point& point : points_) widest = std::max(widest, std::hypot(point.x, point.y));
+  double widest = 0.0;   // squared
+  for (const Point& point : points_) widest = std::max(widest, point.x * point.x + point.y * point.y);
   double* slopes = found_.slopes;
-  if (std::hypot(slopes[0], slopes[1]) * widest > kOpenTilt * indentation_) slopes[0] = slopes[1] = 0.0;
+  if (std::hypot(slopes[0], slopes[1]) * std::sqrt(widest) > kOpenTilt * indentation_) slopes[0] = slopes[1] = 0.0;
   slopes[0] /= length_;
   slopes[1] /= length_;
 }
@@ -330,21 +330,21 @@ void CellContact::forces(const Face& face, const double* wrench, double* forces)
   const double torsion = wrench[5] - (middle[0] * wrench[1] - middle[1] * wrench[0]);
   const double polar = turning - sum * (pressed.x * pressed.x + pressed.y * pressed.y);
   double turn = polar > kOpen * sum ? torsion / face.length / polar : 0.0;
-  const auto steepest = [&](double share) {
-    double most = 0.0;
+  const double limit = std::max(kMostTwist, kTwistOverSliding * std::hypot(slide[0], slide[1]));
+  const auto exceeds = [&](double share) {
     for (std::size_t i = 0; i < cells; ++i) {
       if (!(found_.normal[i] > 0.0)) continue;
-      most = std::max(most, std::hypot(slide[0] - share * turn * (points_[i].y - pressed.y),
-                                       slide[1] + share * turn * (points_[i].x - pressed.x)));
+      const double x = slide[0] - share * turn * (points_[i].y - pressed.y);
+      const double y = slide[1] + share * turn * (points_[i].x - pressed.x);
+      if (x * x + y * y > limit * limit) return true;
     }
-    return most;
+    return false;
   };
-  const double limit = std::max(kMostTwist, kTwistOverSliding * std::hypot(slide[0], slide[1]));
-  if (steepest(1.0) > limit) {
+  if (exceeds(1.0)) {
     double low = 0.0, high = 1.0;
     for (int step = 0; step < kBisections; ++step) {
       const double share = (low + high) / 2;
-      (steepest(share) > limit ? high : low) = share;
+      (exceeds(share) ? high : low) = share;
     }
     turn *= low;
   }
@@ -403,7 +403,7 @@ bool CellContact::weights(const Face& face, const LawOptions& options, const dou
   for (std::size_t i = 0; i < face.cells(); ++i) {
     if (!found_.contact.pressed()[i]) continue;
     const double x = motion[0] - points_[i].y * motion[2], y = motion[1] + points_[i].x * motion[2];
-    if (std::hypot(x, y) > limit) return false;
+    if (x * x + y * y > limit * limit) return false;
   }
   for (std::size_t j = 0; j < 3; ++j) {
     for (std::size_t n = 0; n < pressures; ++n) weights[pressures + pressures * j + n] = motion[j] * pressing[n];
