@@ -18,7 +18,7 @@ from mjtactile._types import Array
 from mjtactile.errors import NativeError
 
 #: Version of the functions in native/api/api.h that this module calls.
-API_VERSION = 18
+API_VERSION = 19
 #: Functions that return a handle, and functions that return a count.
 _MADE = tuple(
     f"mjt_{name}"

@@ -11,7 +11,7 @@ from shapely import Point
 
 from mjtactile._types import Array
 from mjtactile.errors import InfluenceError, of_type
-from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.fem.surface_grid import SurfaceGrid, oriented_edges
 from mjtactile.fem.symmetry import BOTH, MirrorPlanes, fold_forces
 from mjtactile.influence.stress_matrix import ClassForces, StressMatrix
 from mjtactile.influence.surface_load import SurfaceLoad
@@ -99,7 +99,8 @@ def disc_forces(surface: SurfaceGrid, x: Array, y: Array, diameters: Sequence[fl
     The result has shape (axes * diameters * centres, nodes y, nodes x, 3).
     """
     discs = (Point(px, py).buffer(diameter / 2, quad_segs=6) for diameter in diameters for py in y for px in x)
-    integrals = np.stack([surface.nodal_integrals(disc)[0] for disc in discs])
+    edges = (oriented_edges(disc) for disc in discs)
+    integrals = np.stack([surface.traction_forces(of_disc, np.ones((len(of_disc), 3)))[..., 0] for of_disc in edges])
     return np.einsum("dyx,ac->adyxc", integrals, np.eye(3)).reshape(-1, *integrals.shape[1:], 3)
 
 

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "api/handles.hpp"
 #include "contact/cells/edge_integrals.hpp"
 #include "contact/cells/face_cells.hpp"
+#include "contact/cells/linear_traction.hpp"
 #include "contact/cells/placed_cells.hpp"
 #include "contact/cells/tangential.hpp"
 #include "contact/laws/by_name.hpp"
@@ -35,7 +37,7 @@ void copy(const double* from, Matrix& to) {
 
 }  // namespace
 
-int mjt_version(void) { return 18; }
+int mjt_version(void) { return 19; }
 
 int mjt_knows(const char* law, const char* tangential) {
   return law_named(law) != nullptr && tangential_named(tangential) != nullptr;
@@ -133,6 +135,19 @@ void mjt_traction_forces(size_t count_x, const double* ends_x, size_t count_y, c
     made[i] = {{edge[0], edge[1]}, {edge[2], edge[3]}, {traction[0], traction[1], traction[2]}};
   }
   grid.traction_forces(made.data(), count, workspace, forces);
+}
+
+void mjt_nodal_integrals(size_t count_x, const double* ends_x, size_t count_y, const double* ends_y, size_t count,
+                         const double* edges, double* integrals) {
+  constexpr double kCoefficients[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+  std::vector<Segment> outline(count);
+  for (size_t i = 0; i < count; ++i) {
+    const double* edge = edges + 4 * i;
+    outline[i] = {{edge[0], edge[1]}, {edge[2], edge[3]}};
+  }
+  LinearTraction traction;
+  traction.cover(std::move(outline));
+  traction.nodal_forces({{ends_x, ends_x + count_x}, {ends_y, ends_y + count_y}}, kCoefficients, integrals);
 }
 
 int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, const double* modes,

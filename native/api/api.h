@@ -71,6 +71,10 @@ MJT_API void mjt_readings(const mjt_pad* pad, const double* forces, double* read
    their left minus on their right [Pa]. */
 MJT_API void mjt_traction_forces(size_t count_x, const double* ends_x, size_t count_y, const double* ends_y,
                                  size_t count, const double* edges, const double* tractions, double* forces);
+/* Integrals of every shape function times 1, x and y over a polygon (nodes y, nodes x, 3) [m^2, m^3, m^3], see
+   LinearTraction::nodal_forces. edges (count, 2 ends, 2) [m], with the polygon on their left. */
+MJT_API void mjt_nodal_integrals(size_t count_x, const double* ends_x, size_t count_y, const double* ends_y,
+                                 size_t count, const double* edges, double* integrals);
 /* Forces on cells [N] in a frictionless contact, see RigidContact. compliance: (cells, cells). 0 if none is found. */
 MJT_API int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, const double* modes,
                               const double* heights, const double* resultants, double* forces);

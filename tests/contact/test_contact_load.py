@@ -13,6 +13,7 @@ import pytest
 import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from nodal_integrals import nodal_integrals
 from numpy.typing import ArrayLike
 from shapely import LineString, MultiPolygon, Point, Polygon, affinity, box
 
@@ -89,7 +90,7 @@ def test_resultant_is_the_wrench(name, shift, turn, decade, direction, towards, 
 
 def nodal_pressure(load: SurfaceLoad) -> np.ndarray:
     """Coefficients c0, c1, c2 of the pressure c0 + c1 x + c2 y whose nodal forces the load's z components are."""
-    integrals = load.surface.nodal_integrals(load.contact).reshape(3, -1).T
+    integrals = nodal_integrals(load.surface, load.contact).reshape(3, -1).T
     scale = np.abs(integrals).max(axis=0)
     return np.linalg.lstsq(integrals / scale, -load.forces[..., 2].ravel(), rcond=None)[0] / scale
 
@@ -138,7 +139,7 @@ def test_force_near_an_edge_stands_on_a_strip(share):
 def test_central_force_is_a_constant_traction():
     load = contact_load(INFLUENCE, SQUARE, (0.03, -0.02, -0.1))
     traction = np.array([0.03, -0.02, -0.1]) / SIDE**2
-    integrals = INFLUENCE.surface.nodal_integrals(SQUARE.outline)[0]
+    integrals = nodal_integrals(INFLUENCE.surface, SQUARE.outline)[0]
     expected = integrals[..., None] * traction
     np.testing.assert_allclose(load.forces, expected, atol=1e-13 * np.abs(expected).max())  # rounding
     assert load.contact.symmetric_difference(SQUARE.outline).area <= 1e-6 * SQUARE.area
@@ -149,7 +150,7 @@ def test_torsion_is_a_rotation_about_the_contacts_middle():
     force = np.array([0.0, 0.0, -0.1])
     load = contact_load(INFLUENCE, footprint, force, moment=moment_of(force, footprint.centroid, 1e-5))
     rate = 1e-5 / (SIDE**4 / 6)  # over the square's polar moment
-    integrals = INFLUENCE.surface.nodal_integrals(footprint.outline)
+    integrals = nodal_integrals(INFLUENCE.surface, footprint.outline)
     expected_x = -rate * (integrals[2] - 2e-3 * integrals[0])
     expected_y = rate * (integrals[1] - 1e-3 * integrals[0])
     np.testing.assert_allclose(load.forces[..., 0], expected_x, atol=1e-12 * np.abs(expected_x).max())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import nodal_integrals as reference
 import numpy as np
 import pytest
 import shapely
@@ -9,53 +10,15 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from shapely import MultiPolygon, Polygon, affinity, box
 
-from mjtactile.fem.line import Line, quadratic_shapes
+from mjtactile.fem.line import Line
 from mjtactile.fem.surface_grid import SurfaceGrid, oriented_edges
-from mjtactile.geometry.planar import areal, polygons_of, triangulate
+from mjtactile.geometry.planar import areal
 
 GRID = SurfaceGrid(
     Line(np.array([-4.0, -2.5, 0.0, 2.5, 4.0]) * 1e-3), Line(np.array([-3.0, -1.0, 1.0, 3.0]) * 1e-3), 5e-3
 )
 #: Rounding, as a fraction of the sheet's area (and of its moments).
 ROUNDING = 1e-14 * 48e-6
-
-
-def shape_functions(points: np.ndarray) -> np.ndarray:
-    """Values of all nodes' shape functions at points (n, 2), shape (nodes y, nodes x, n)."""
-    along = []
-    for axis, line in ((0, GRID.x), (1, GRID.y)):
-        element, local = line.locate(points[:, axis])
-        values = np.zeros((line.node_count, len(points)))
-        values[2 * element[None, :] + np.arange(3)[:, None], np.arange(len(points))] = quadratic_shapes(local)[0].T
-        along.append(values)
-    return along[1][:, None, :] * along[0][None, :, :]
-
-
-def triangle_rule() -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 2) and weights on the triangle (0, 0), (1, 0), (0, 1): a square's Gauss rule, collapsed."""
-    nodes, weights = np.polynomial.legendre.leggauss(6)
-    nodes, weights = (nodes + 1) / 2, weights / 2
-    u, v = np.meshgrid(nodes, nodes)
-    return np.stack([u, v * (1 - u)], axis=-1).reshape(-1, 2), (np.outer(weights, weights) * (1 - u)).ravel()
-
-
-def by_triangles(region: Polygon | MultiPolygon) -> np.ndarray:
-    """The same integrals, cell by cell and triangle by triangle."""
-    rule, weights = triangle_rule()
-    total = np.zeros((3, *GRID.node_shape))
-    for x0, x1 in zip(GRID.x.vertices, GRID.x.vertices[1:], strict=False):
-        for y0, y1 in zip(GRID.y.vertices, GRID.y.vertices[1:], strict=False):
-            for part in polygons_of(areal(region.intersection(box(x0, y0, x1, y1)))):
-                corners, triangles = triangulate(part)
-                for a, b, c in corners[triangles]:
-                    points = a + rule[:, :1] * (b - a) + rule[:, 1:] * (c - a)
-                    area = abs((b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0])
-                    middle = np.array([x0 + x1, y0 + y1]) / 2
-                    inside = middle + (points - middle) * (1 - 1e-13)  # rounding must not move a point to the next cell
-                    phi = shape_functions(inside)
-                    for k, factor in enumerate((np.ones(len(points)), points[:, 0], points[:, 1])):
-                        total[k] += phi @ (area * weights * factor)
-    return total
 
 
 def star_polygon(radii: list[float], centre: tuple[float, float], turn: float = 0.0) -> Polygon:
@@ -86,7 +49,7 @@ REGIONS = {
 def test_integrals_are_those_of_a_triangulation(name):
     region = REGIONS[name]
     integrals = GRID.nodal_integrals(region)
-    expected = by_triangles(areal(region.intersection(GRID.sheet)))
+    expected = reference.nodal_integrals(GRID, region)
     np.testing.assert_allclose(integrals[0], expected[0], atol=ROUNDING)
     np.testing.assert_allclose(integrals[1:], expected[1:], atol=ROUNDING * 4e-3)
 

@@ -1,6 +1,7 @@
 #include "contact/cells/linear_traction.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "influence/edge_pieces.hpp"
 
@@ -25,6 +26,12 @@ void LinearTraction::cover(const Face& face, const Placement& placement) {
   hull_.clear();
   for (const Point& corner : face.corners) hull_.push_back(placement(corner));
   integrals_ = integrals_of(edges_, edges_.front().start);
+}
+
+void LinearTraction::cover(std::vector<Segment> edges) {
+  edges_ = std::move(edges);
+  hull_.clear();
+  integrals_ = edges_.empty() ? AreaIntegrals{} : integrals_of(edges_, edges_.front().start);
 }
 
 AreaIntegrals integrals_of(const std::vector<Segment>& edges, const Point& near) {

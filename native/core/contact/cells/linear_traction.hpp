@@ -15,6 +15,8 @@ class LinearTraction {
  public:
   // Set the area to that of a face at a placement.
   void cover(const Face& face, const Placement& placement);
+  // Set the area by its edges alone; without a hull, `carry` is not for it.
+  void cover(std::vector<Segment> edges);
   const AreaIntegrals& integrals() const { return integrals_; }
   const std::vector<Segment>& edges() const { return edges_; }
   const std::vector<Point>& hull() const { return hull_; }   // convex hull of the face, counter-clockwise
