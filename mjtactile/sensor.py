@@ -21,7 +21,7 @@ from mjtactile.plugin.reader import NativeReader
 from mjtactile.plugin.reading import Reading
 from mjtactile.sim.mujoco_library import check_data
 from mjtactile.sim.pad_check import pad_geom
-from mjtactile.sim.wrench import contact_wrenches
+from mjtactile.sim.wrench import contact_wrench
 from mjtactile.units import finite_number
 
 _SENSORS_OFF = mujoco.mjtDisableBit.mjDSBL_SENSOR.value
@@ -182,7 +182,7 @@ class TactileSensor:
             SceneError: `data` belongs to another model.
         """
         self._check(data)
-        return contact_wrenches(self.model, data, self.geom).total
+        return contact_wrench(self.model, data, self.geom)
 
     def _check(self, data: mujoco.MjData) -> None:
         check_data(self.model, data, "the model that the TactileSensor was made with")

@@ -25,7 +25,7 @@ from mjtactile.geometry.planar import areal, polygons_of, support_points
 from mjtactile.pad import Pad, require_pad
 from mjtactile.sim.mjcf import press_mjcf
 from mjtactile.sim.mujoco_library import check_data, element_id
-from mjtactile.sim.wrench import contact_wrenches, site_frame
+from mjtactile.sim.wrench import contact_wrench, site_frame
 from mjtactile.units import finite_number
 
 #: Distance of feet from the pad's edge [m], so that they do not creep over it during a long press.
@@ -138,7 +138,7 @@ def press(
     start, steady, error, wrench = data.time, 0, math.inf, np.zeros(6)
     for step in range(1, math.ceil(time_limit / model.opt.timestep) + 1):
         mujoco.mj_step(model, data)
-        wrench = contact_wrenches(model, data, pad, site_frame(data, surface)).total
+        wrench = contact_wrench(model, data, pad, site_frame(data, surface))
         error = float(np.linalg.norm(wrench[:3] - command)) / magnitude
         steady = steady + 1 if error <= tolerance else 0
         if steady == STEADY_STEPS:

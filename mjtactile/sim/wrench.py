@@ -1,4 +1,4 @@
-"""Contact wrenches on a pad: MuJoCo's contact forces in the pad frame, summed for each touching geom.
+"""Contact wrenches on a pad: MuJoCo's contact forces in the pad frame, summed.
 
 Forces are newtons, moments newton metres about the pad frame's origin. A wrench is (fx, fy, fz, mx, my, mz).
 """
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from mjtactile._types import Array, Indices
+from mjtactile._types import Array
 from mjtactile.errors import SceneError
 from mjtactile.pad import Pad
 from mjtactile.pad_shape.core_surface import core_surface
@@ -27,26 +27,6 @@ class PadFrame(NamedTuple):
 
     position: Array  #: origin, the middle of the sensing surface [m], shape (3,)
     rotation: Array  #: columns are the pad's axes, z out of the pad, shape (3, 3)
-
-
-class PadContacts(NamedTuple):
-    """Contacts of a pad in one state."""
-
-    geoms: Indices  #: ids of the touching geoms, ascending, shape (k,); -1 for all flexes together
-    wrenches: Array  #: wrench of each on the pad, in the pad frame [N, N m], shape (k, 6)
-
-    @property
-    def total(self) -> Array:
-        """Sum over the geoms [N, N m], shape (6,); zeros without contact."""
-        return self.wrenches.sum(axis=0)
-
-    def by_body(self, model: mujoco.MjModel) -> dict[int, Array]:
-        """Wrenches on the pad in the pad frame [N, N m], shape (6,), by body id; -1 for flexes."""
-        sums: dict[int, Array] = {}
-        for geom, wrench in zip(self.geoms, self.wrenches, strict=True):
-            body = int(model.geom_bodyid[geom]) if geom >= 0 else -1
-            sums[body] = sums[body] + wrench if body in sums else wrench
-        return sums
 
 
 def site_frame(data: mujoco.MjData, site: int) -> PadFrame:
@@ -77,10 +57,8 @@ def geom_frame(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> PadFram
     return PadFrame(data.geom_xpos[geom] + rotation[:, 2] * model.geom_size[geom, 2], rotation)
 
 
-def contact_wrenches(
-    model: mujoco.MjModel, data: mujoco.MjData, pad_geom: int, frame: PadFrame | None = None
-) -> PadContacts:
-    """The wrench of each geom that touches the pad, from the contacts of the last forward pass; empty without contact.
+def contact_wrench(model: mujoco.MjModel, data: mujoco.MjData, pad_geom: int, frame: PadFrame | None = None) -> Array:
+    """The wrench on the pad, pad frame [N, N m], (6,), from the contacts of the last forward pass; zeros without.
 
     MuJoCo gives the force and torque of the first geom on the second, in the contact's axes, the rows of
     `contact.frame`. The pad may be either geom, which determines the sign. With R the pad's rotation, C the contact's
@@ -103,7 +81,7 @@ def contact_wrenches(
         pad_is_first, pad_is_second = np.isin(pairs, pieces).T
     touching = (pad_is_first | pad_is_second).nonzero()[0]
     if len(touching) == 0:
-        return PadContacts(np.empty(0, np.int64), np.empty((0, 6)))
+        return np.zeros(6)
     origin, rotation = geom_frame(model, data, pad_geom) if frame is None else frame
 
     local = np.empty((len(touching), 6))  # force and torque in the contact's axes
@@ -116,10 +94,7 @@ def contact_wrenches(
     arms = (contact.pos[touching] - origin) @ rotation
     # The cross product arms x force, written out because np.cross takes as long as all the rest.
     moment += arms.take(_NEXT, 1) * force.take(_AFTER, 1) - arms.take(_AFTER, 1) * force.take(_NEXT, 1)
-
-    others = np.where(pad_is_second, pairs[touching, 0], pairs[touching, 1])
-    geoms = np.array(sorted(set(others.tolist())), dtype=np.int64)
-    return PadContacts(geoms, (geoms[:, None] == others).astype(float) @ in_pad.reshape(-1, 6))
+    return in_pad.reshape(-1, 6).sum(axis=0)
 
 
 def centre_of_pressure(wrench: Array, pad: Pad | None = None) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mjtactile
-from mjtactile.sim.wrench import contact_wrenches
+from mjtactile.sim.wrench import contact_wrench
 
 HAND = """
 <mujoco>
@@ -83,7 +83,7 @@ def test_the_pad_decides_the_contact():
     model = hand()[0].compile()
     data = pressed(model)
     assert (data.contact.solref[:, 0] == 0.005).all()
-    assert contact_wrenches(model, data, model.geom("ff_pad").id).total[2] < 0.0
+    assert contact_wrench(model, data, model.geom("ff_pad").id)[2] < 0.0
 
 
 THIN = mjtactile.Pad(

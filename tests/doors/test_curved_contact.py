@@ -25,7 +25,7 @@ from mjtactile.hands import attach_hand, hand
 from mjtactile.pad import Pad
 from mjtactile.pad_shape.surfaces import CylinderSector, SphereCap
 from mjtactile.sim.mjcf import indenter_mjcf
-from mjtactile.sim.wrench import contact_wrenches
+from mjtactile.sim.wrench import contact_wrench
 
 pytestmark = [
     pytest.mark.slow,  # tables of a dozen pads
@@ -78,7 +78,7 @@ def test_a_balls_wrench_is_mujocos_and_is_carried(name, place):
     pad = CURVED[name]
     model, data = ball_over(attached(pad), "t", pad, place, 0.2)
     readings, wrench, carried = parts(data, pad)
-    expected = contact_wrenches(model, data, model.geom("t_pad").id).total
+    expected = contact_wrench(model, data, model.geom("t_pad").id)
     np.testing.assert_allclose(wrench, expected, atol=1e-9 * np.abs(expected).max())
     # The ball's slide puts the force along the surface's normal; facets turn what is carried by some degrees.
     np.testing.assert_allclose(wrench[:3] @ pad.surface.normals(*place), -0.2, rtol=1e-2)

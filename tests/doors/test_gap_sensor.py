@@ -8,7 +8,7 @@ import pytest
 
 from mjtactile.geometry.indenter import indenter_solid
 from mjtactile.sensor import TactileSensor
-from mjtactile.sim.wrench import contact_wrenches
+from mjtactile.sim.wrench import contact_wrench
 
 PAD = """<body name="pad"><geom name="pad" type="box" size="0.0075 0.0075 0.0025" pos="0 0 -0.0025" priority="1"
     condim="4" solref="0.003 1" friction="1 0.0005 0.0001"/></body>"""
@@ -48,7 +48,7 @@ def pressed(name: str, *, pad_first: bool, place=(1e-3, -5e-4)) -> tuple[mujoco.
 @pytest.mark.parametrize("name", BODIES)
 def test_loads_resultant_is_mujocos_wrench(name, pad_first, draft):
     model, data = pressed(name, pad_first=pad_first)
-    expected = contact_wrenches(model, data, model.geom("pad").id).total
+    expected = contact_wrench(model, data, model.geom("pad").id)
     assert expected[2] < -0.1
     load = TactileSensor(model, influence=draft, law="elastic").load(data)
     assert load is not None

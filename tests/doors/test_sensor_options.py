@@ -7,6 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from pad_contacts import wrenches_by_body
 from shapely import Polygon, box
 
 import mjtactile
@@ -21,7 +22,7 @@ from mjtactile.plugin.attributes import Attributes
 from mjtactile.plugin.engine import attribute_names
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.press_scene import press, press_scene
-from mjtactile.sim.wrench import contact_wrenches, geom_frame
+from mjtactile.sim.wrench import contact_wrench, geom_frame
 
 OPTION = '<option timestep="0.001" integrator="implicitfast" cone="elliptic" impratio="100" jacobian="dense"/>'
 PAD_GEOM = """name="pad" type="box" size="0.0075 0.0075 0.0025" priority="1" condim="4" solref="0.003 1"
@@ -186,7 +187,7 @@ def test_a_signed_distance_function_presses_with_a_ring(draft):
     sensor = TactileSensor(model, influence=draft, law="uniform")
     load = sensor.load(data)
     assert load is not None
-    np.testing.assert_allclose(load.resultant()[0], contact_wrenches(model, data, 0).total[:3], atol=1e-9)
+    np.testing.assert_allclose(load.resultant()[0], contact_wrench(model, data, 0)[:3], atol=1e-9)
     # A ring of 4 mm radius, where its tube of 2 mm is 50 um above its bottom; sunk in a little, and a mesh.
     width = 2 * np.sqrt(2 * 2e-3 * 5e-5)
     assert load.contact.area == pytest.approx(2 * np.pi * 4e-3 * width, rel=0.1)
@@ -216,9 +217,8 @@ def test_bodies_near_each_other_feel_each_other(draft):
     np.testing.assert_allclose(load.resultant()[1], sensor.wrench(data)[3:], rtol=1e-6, atol=1e-9)
     together = sensor.read(data)
     np.testing.assert_allclose(draft.readings(load), together, rtol=1e-6)
-    contacts = contact_wrenches(model, data, model.geom("pad").id)
     alone = []
-    for body, wrench in contacts.by_body(model).items():
+    for body, wrench in wrenches_by_body(model, data, model.geom("pad").id).items():
         side = -1 if body == 1 else 1
         outline = box(side * 1.1e-3 - 1e-3, -2e-3, side * 1.1e-3 + 1e-3, 2e-3)
         footprint = Footprint.from_outline(outline, draft.surface)

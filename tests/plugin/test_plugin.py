@@ -22,7 +22,7 @@ import mjtactile
 from mjtactile._native import basis_bytes
 from mjtactile.plugin.mujoco_layout import mujoco_layout
 from mjtactile.sim.press_scene import press_spec
-from mjtactile.sim.wrench import contact_wrenches
+from mjtactile.sim.wrench import contact_wrench
 
 PLUGIN = '<extension><plugin plugin="mjtactile.pad"/></extension>'
 SCENE = """
@@ -134,7 +134,7 @@ def test_all_outputs_of_one_sensor():
     data = stepped(whole)
     mujoco.mj_forward(whole, data)
     wrench, stress, readings = np.split(data.sensordata, [6, 6 + 6 * 676])
-    assert wrench == pytest.approx(contact_wrenches(whole, data, whole.geom("pad0").id).total, rel=1e-12, abs=1e-15)
+    assert wrench == pytest.approx(contact_wrench(whole, data, whole.geom("pad0").id), rel=1e-12, abs=1e-15)
     influence = mjtactile.influence_matrices(fidelity="fast")
     load = mjtactile.TactileSensor(whole, geom="pad0", influence=influence).load(data)
     assert load is not None
@@ -149,7 +149,7 @@ def test_where_only_wrenches_are_wanted_nothing_is_pressed(more, presses):
     model = mujoco.MjModel.from_xml_string(scene(config=config))
     data = stepped(model)
     mujoco.mj_forward(model, data)
-    assert data.sensordata[:6] == pytest.approx(contact_wrenches(model, data, model.geom("pad0").id).total, rel=1e-12)
+    assert data.sensordata[:6] == pytest.approx(contact_wrench(model, data, model.geom("pad0").id), rel=1e-12)
     assert data.sensordata[2] < 0.0
     # The state's first number tells poses that were pressed apart.
     assert (data.plugin_state[0] != 0.0) == presses

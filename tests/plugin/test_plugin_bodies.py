@@ -10,7 +10,7 @@ import pytest
 import trimesh
 from bodies_of_model import compare
 
-from mjtactile.sim.wrench import contact_wrenches
+from mjtactile.sim.wrench import contact_wrench
 
 SOLID = trimesh.creation.icosphere(2, radius=5e-3)
 MESH = (
@@ -91,7 +91,7 @@ def test_a_body_is_read_and_carries_mujocos_force(kind, law):
     readings, wrench, carried = np.split(data.sensordata, [-12, -6])
     assert readings.max() > 1e3
     assert np.isfinite(readings).all()
-    expected = contact_wrenches(model, data, model.geom("pad").id).total
+    expected = contact_wrench(model, data, model.geom("pad").id)
     np.testing.assert_allclose(wrench, expected, rtol=1e-9, atol=1e-15)
     assert wrench[2] < -0.1
     # All of the force, and of the moment what the contact can: its middle of pressure is where MuJoCo's is.

@@ -26,7 +26,7 @@ from mjtactile.geometry.solid import face_outline
 from mjtactile.pad import Layer, Pad, TaxelGrid, force_vector
 from mjtactile.sim.assets import asset_path, available_assets
 from mjtactile.sim.press_scene import press, press_scene, press_spec
-from mjtactile.sim.wrench import contact_wrenches
+from mjtactile.sim.wrench import contact_wrench
 
 REPOSITORY = Path(__file__).parents[2]
 GRAM_FORCE = 9.80665e-3  # [N]
@@ -40,7 +40,7 @@ FORCES = [
 
 
 def felt(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
-    return contact_wrenches(model, data, model.geom("pad").id).total
+    return contact_wrench(model, data, model.geom("pad").id)
 
 
 def centre_of_pressure(wrench: np.ndarray) -> np.ndarray:

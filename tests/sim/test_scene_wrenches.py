@@ -15,7 +15,7 @@ from mjtactile.pad import force_vector
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.assets import asset_path
 from mjtactile.sim.press_scene import press
-from mjtactile.sim.wrench import contact_wrenches
+from mjtactile.sim.wrench import contact_wrench
 
 SCENES = sorted(path.name for path in asset_path("scenes/press.xml").parent.glob("press*.xml"))
 LAWS = [
@@ -49,7 +49,7 @@ def test_tractions_add_up_to_mujocos_wrench(name, pad_first, coarse_square):
     data = mujoco.MjData(model)
     press(model, data, force_vector(0.3, 15.0, 40.0))
     pad = model.geom("pad").id
-    expected = contact_wrenches(model, data, pad).total
+    expected = contact_wrench(model, data, pad)
     size = np.linalg.norm(expected[:3]) + np.linalg.norm(expected[3:]) / 5e-3
     for law, tangential in LAWS:
         load = TactileSensor(model, influence=coarse_square, law=law, tangential=tangential).load(data)

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pad_contacts import wrenches_by_body, wrenches_by_geom
 
 from mjtactile.errors import SceneError
-from mjtactile.sim.wrench import PadFrame, contact_wrenches, geom_frame, site_frame
+from mjtactile.sim.wrench import PadFrame, contact_wrench, geom_frame, site_frame
 
 PAD_GEOM = 'name="pad" type="box" size="0.0075 0.0075 0.0025" pos="0 0 -0.0025"'
 SPHERE = '<geom type="sphere" size="0.004" mass="0.01"/>'
@@ -52,7 +53,7 @@ def test_wrench_is_what_changes_the_pads_momentum(punch, punch_first, pad_comes_
     seen = 0
     for _ in range(12):
         mujoco.mj_step(model, data)
-        wrench = contact_wrenches(model, data, pad, frame_of_pad(model, data)).total
+        wrench = contact_wrench(model, data, pad, frame_of_pad(model, data))
         # A free joint's generalised force: force in world axes, torque about the body's origin in its own axes.
         generalised = data.qfrc_constraint[start : start + 6]
         rotation = data.xmat[model.body("pad").id].reshape(3, 3)
@@ -102,22 +103,22 @@ def test_at_rest_each_body_presses_with_its_weight_through_its_centre():
     gravity = (0.0, 0.0, -9.81)
     model = resting(gravity)
     data = settle(model)
-    contacts = contact_wrenches(model, data, model.geom("pad").id, frame_of_pad(model, data))
-    bodies = contacts.by_body(model)
+    pad = model.geom("pad").id, frame_of_pad(model, data)
+    bodies = wrenches_by_body(model, data, *pad)
     assert set(bodies) == {model.body("ball").id, model.body("block").id}
     for body, wrench in bodies.items():
         weight = model.body_mass[body] * np.array(gravity)
         np.testing.assert_allclose(wrench[:3], weight, rtol=1e-9, atol=1e-9 * 0.1)
         centre = in_pad(model, data, data.xipos[body])
         np.testing.assert_allclose(wrench[3:], np.cross(centre, weight), rtol=1e-9, atol=1e-9 * 4e-4)
-    np.testing.assert_allclose(contacts.total, sum(bodies.values()), rtol=1e-12)
+    np.testing.assert_allclose(contact_wrench(model, data, *pad), sum(bodies.values()), rtol=1e-12)
 
 
 def test_oblique_weight_shows_its_tangential_part():
     gravity = 9.81 * np.array([np.sin(0.4), 0.0, -np.cos(0.4)])
     model = resting(tuple(gravity))
     data = settle(model)
-    block = contact_wrenches(model, data, model.geom("pad").id).by_body(model)[model.body("block").id]
+    block = wrenches_by_body(model, data, model.geom("pad").id)[model.body("block").id]
     np.testing.assert_allclose(block[:3], 0.01 * gravity, rtol=1e-6, atol=1e-8)
 
 
@@ -131,38 +132,43 @@ def test_wherever_the_scene_stands_the_wrench_is_what_moves_the_bodies(position,
     quaternion = np.array(quaternion) / np.linalg.norm(quaternion)
     model = resting((1.0, -2.0, -9.0), sunk=1e-4, position=position, quaternion=quaternion)
     data = settle(model, 1)
-    contacts = contact_wrenches(model, data, model.geom("pad").id, frame_of_pad(model, data))
-    origin, axes = frame_of_pad(model, data)
-    for body, wrench in contacts.by_body(model).items():
+    origin, axes = frame = frame_of_pad(model, data)
+    bodies = wrenches_by_body(model, data, model.geom("pad").id, frame)
+    for body, wrench in bodies.items():
         start = model.body(body).dofadr[0]
         force, torque = data.qfrc_constraint[start : start + 3], data.qfrc_constraint[start + 3 : start + 6]
         moment = data.xmat[body].reshape(3, 3) @ torque + np.cross(data.xpos[body] - origin, force)
         expected = -np.concatenate([force @ axes, moment @ axes])
         np.testing.assert_allclose(wrench, expected, rtol=1e-8, atol=1e-9 * np.abs(expected).max())
-    assert contacts.total[2] < 0.0
+    total = contact_wrench(model, data, model.geom("pad").id, frame)
+    np.testing.assert_allclose(total, sum(bodies.values()), rtol=1e-12, atol=1e-12 * np.abs(total).max())
+    assert total[2] < 0.0
 
 
 def test_forces_of_other_pads_on_the_same_body_are_not_counted():
     model = resting()
     data = settle(model)
-    both = [contact_wrenches(model, data, model.geom(name).id) for name in ("pad", "other_pad")]
-    assert list(both[1].by_body(model)) == [model.body("elsewhere").id]
-    assert model.body("elsewhere").id not in both[0].by_body(model)
+    pad, other = (model.geom(name).id for name in ("pad", "other_pad"))
+    elsewhere = model.body("elsewhere").id
+    bodies = wrenches_by_body(model, data, pad)
+    assert list(wrenches_by_body(model, data, other)) == [elsewhere]
+    assert elsewhere not in bodies
+    np.testing.assert_allclose(contact_wrench(model, data, pad), sum(bodies.values()), rtol=1e-12)
 
 
-def test_each_geom_is_listed_once_and_they_add_up():
+def test_wrenches_of_geoms_add_up():
     model = mujoco.MjModel.from_xml_string(f"""
         <mujoco>{option()}<worldbody><geom {PAD_GEOM}/>
           <body pos="0 0 0.002"><freejoint/><geom name="left" type="sphere" size="0.002" pos="-0.004 0 0" mass="0.01"/>
           <geom name="right" type="sphere" size="0.002" pos="0.004 0 0" mass="0.01"/>
           <geom name="back" type="sphere" size="0.002" pos="0 0.004 0" mass="0.02"/></body></worldbody></mujoco>""")
     data = settle(model, 500)
-    contacts = contact_wrenches(model, data, model.geom("pad").id)
-    assert contacts.geoms.tolist() == [model.geom(name).id for name in ("left", "right", "back")]
-    assert contacts.total[2] == pytest.approx(-0.04 * 9.81, rel=1e-6)
-    assert contacts.wrenches[:, 2].min() == pytest.approx(-0.02 * 9.81, rel=1e-4)  # the heavy one carries half
-    assert list(contacts.by_body(model)) == [1]
-    np.testing.assert_allclose(contacts.by_body(model)[1], contacts.total, rtol=1e-12)
+    pad = model.geom("pad").id
+    geoms, total = wrenches_by_geom(model, data, pad), contact_wrench(model, data, pad)
+    assert list(geoms) == [model.geom(name).id for name in ("left", "right", "back")]
+    assert total[2] == pytest.approx(-0.04 * 9.81, rel=1e-6)
+    assert min(wrench[2] for wrench in geoms.values()) == pytest.approx(-0.02 * 9.81, rel=1e-4)  # the heavy one's half
+    np.testing.assert_allclose(sum(geoms.values()), total, rtol=1e-12, atol=1e-12 * np.abs(total).max())
 
 
 def test_without_contact_all_is_zero():
@@ -171,10 +177,7 @@ def test_without_contact_all_is_zero():
     data = mujoco.MjData(model)
     for advance in (lambda: None, lambda: mujoco.mj_step(model, data)):
         advance()
-        contacts = contact_wrenches(model, data, model.geom("pad").id)
-        assert len(contacts.geoms) == 0
-        np.testing.assert_array_equal(contacts.total, np.zeros(6))
-        assert contacts.by_body(model) == {}
+        np.testing.assert_array_equal(contact_wrench(model, data, model.geom("pad").id), np.zeros(6))
 
 
 def test_a_contact_that_is_only_near_carries_nothing():
@@ -187,7 +190,7 @@ def test_a_contact_that_is_only_near_carries_nothing():
         mujoco.mj_forward(model, data)
         if data.ncon and data.nefc == 0:
             near += 1
-            np.testing.assert_array_equal(contact_wrenches(model, data, model.geom("pad").id).total, np.zeros(6))
+            np.testing.assert_array_equal(contact_wrench(model, data, model.geom("pad").id), np.zeros(6))
     assert near
 
 
@@ -205,4 +208,4 @@ def test_only_boxes_and_meshes_say_where_a_pad_senses():
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     with pytest.raises(SceneError, match=r"'dome' is neither a box nor a mesh.*pass site_frame"):
-        contact_wrenches(model, data, 0)
+        contact_wrench(model, data, 0)

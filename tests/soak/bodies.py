@@ -31,7 +31,7 @@ from rough_cases import Case  # noqa: E402
 
 import mjtactile  # noqa: E402
 from mjtactile._types import Array  # noqa: E402
-from mjtactile.sim.wrench import contact_wrenches  # noqa: E402
+from mjtactile.sim.wrench import contact_wrench  # noqa: E402
 
 Rng = np.random.Generator
 #: Pads by name: (x, y, thickness) [m].
@@ -238,11 +238,11 @@ def look_at(case: Case, name: str, fidelity: str, *, cells: int, farthest: float
                 error = compare(model, data, cells=cells).error
         except (DenseContactError, TimeoutError, ValueError) as refused:
             print(f"{name}: no dense contact: {refused}", flush=True)
-    wrench = contact_wrenches(model, data, pad).wrenches.sum(axis=0)
+    wrench = contact_wrench(model, data, pad)
     angle = np.random.default_rng(len(name)).uniform(0.0, 2 * np.pi)
     model.body_pos[body, :2] += SLIDE * np.array([np.cos(angle), np.sin(angle)])
     data = _at_rest(model, case.force)
-    moved = contact_wrenches(model, data, pad).wrenches.sum(axis=0)
+    moved = contact_wrench(model, data, pad)
     jump = float(np.linalg.norm((moved - wrench)[3:])) / (case.force * min(case.pad))
     change = float(np.linalg.norm(data.sensordata[:-1] - readings) / np.linalg.norm(readings))
     return Found(name, fidelity, error, change if jump < _JUMP else None, range_)

@@ -15,12 +15,13 @@ from typing import Any
 import mujoco
 import numpy as np
 import random_scenes as scenes
+from pad_contacts import wrenches_by_geom
 from random_scenes import Scene
 from warning_texts import without_numbers
 
 from mjtactile._types import Array
 from mjtactile.pad import Pad
-from mjtactile.sim.wrench import contact_wrenches, geom_frame
+from mjtactile.sim.wrench import geom_frame
 
 #: No reading beyond this share of the modulus of the top layer, or of a stiffer one where the taxel is, or of the mean
 #: pressure if that is higher.
@@ -165,7 +166,7 @@ def _watched(
             findings.add("slow", f"step {step}: {added * 1e3:.2f} ms for {label}")
         for sensor in sensors:
             numbers = {output: data.sensordata[where] for output, where in sensor.where.items()}
-            wrenches = contact_wrenches(model, data, sensor.geom).wrenches
+            wrenches = np.reshape([*wrenches_by_geom(model, data, sensor.geom).values()], (-1, 6))
             asleep = scene.sleep and bool((data.tree_asleep >= 0).any())
             force = float(np.linalg.norm(wrenches[:, :3], axis=1).sum())
             pressing = pressing_force(model, data, sensor.geom, any_way=not sensor.is_flat)

@@ -22,11 +22,11 @@ sys.path.insert(0, str(HERE))
 import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
 import random_scenes as scenes  # noqa: E402
+from pad_contacts import wrenches_by_geom  # noqa: E402
 from random_scenes import Scene  # noqa: E402
 
 import mjtactile  # noqa: E402
 from mjtactile._types import Array  # noqa: E402
-from mjtactile.sim.wrench import contact_wrenches  # noqa: E402
 
 #: Where MuJoCo's own wrenches differ by more than this, relative to the force, scenes are not compared.
 _SAME_WRENCH = 1e-8
@@ -108,7 +108,7 @@ def settled(scene: Scene, positions: Array | None = None, factor: float = 1.0) -
     start = taxels + sum(scenes.WIDTHS[name] for name in asked[1 : asked.index("carried")]) if "carried" in asked else 0
     return Still(
         numbers[:taxels].reshape(pad.reading_shape).copy(),
-        contact_wrenches(model, data, model.geom("pad0").id).wrenches,
+        np.reshape([*wrenches_by_geom(model, data, model.geom("pad0").id).values()], (-1, 6)),
         numbers[start : start + 6].copy() if start else None,
         data.qpos.copy(),
         *_pressed(model, data, pad),

@@ -16,6 +16,8 @@ import random_scenes as scenes
 import rough_cases
 import soak
 
+from mjtactile.sim.wrench import contact_wrench
+
 HERE = Path(__file__).resolve().parent
 FORKS = pytest.mark.skipif(not hasattr(os, "fork"), reason="each scene is a process begun by fork")
 SENSOR = drive.Sensor("touch", 0, "fast", modulus=3e6, area=2.25e-4, where={})
@@ -196,7 +198,7 @@ def test_rough_cases_press_with_the_force_they_name(name):
     model, data = rough_cases.load(name)
     model.opt.disableflags |= drive.DISABLE_SENSORS
     rough_cases.mujoco.mj_forward(model, data)
-    wrench = drive.contact_wrenches(model, data, model.geom("pad").id).total
+    wrench = contact_wrench(model, data, model.geom("pad").id)
     # Bodies are at rest within the solver's tolerance.
     np.testing.assert_allclose(wrench[2], -rough_cases.CASES[name].force, rtol=1e-6)
 

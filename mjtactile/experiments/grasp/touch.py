@@ -17,7 +17,7 @@ from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 from mjtactile.pad import Pad
 from mjtactile.recognition import ForceRecogniser, load
 from mjtactile.recognition.grasp import GraspRecogniser, GraspResult, grasp_targets
-from mjtactile.sim.wrench import contact_wrenches
+from mjtactile.sim.wrench import contact_wrench
 
 #: A pad is in contact if the mean of its readings is above this [Pa], at about 0.05 N; noise contributes a tenth of it.
 CONTACT_THRESHOLD = 100.0
@@ -79,7 +79,7 @@ class TrueTouch:
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
         """The true loads on the pads."""
-        wrenches = np.array([contact_wrenches(model, data, model.geom(f"{one}_pad").id).total for one in GRIPPER_PADS])
+        wrenches = np.array([contact_wrench(model, data, model.geom(f"{one}_pad").id) for one in GRIPPER_PADS])
         touched = wrenches[:, 2] < -LEAST_FORCE
         felt = no_loads(None)
         if touched.any():

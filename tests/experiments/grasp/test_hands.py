@@ -8,7 +8,7 @@ from mjtactile.errors import SceneError
 from mjtactile.experiments.grasp.scene import GraspObject, grasp_mjcf, grasp_spec, open_gripper
 from mjtactile.experiments.hands.gripper import CLOSED_GAP, GRIPPER_PADS
 from mjtactile.experiments.hands.hand import HAND_JOINTS, HAND_PADS
-from mjtactile.sim.wrench import contact_wrenches, site_frame
+from mjtactile.sim.wrench import contact_wrench, site_frame
 
 
 def without_sensors(model):
@@ -17,7 +17,7 @@ def without_sensors(model):
 
 
 def felt(model, data, name):
-    return contact_wrenches(model, data, model.geom(f"{name}_pad").id).total
+    return contact_wrench(model, data, model.geom(f"{name}_pad").id)
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from lower_surfaces import Box, Pose, triangle_heights
 from measured_scenes import NAMES, pressed
 
 import mjtactile
-from mjtactile.sim.wrench import contact_wrenches
+from mjtactile.sim.wrench import contact_wrench
 
 PAD = '<geom name="pad" type="box" size=".0075 .0075 .0025" pos="0 0 -.0025"/>'
 
@@ -31,7 +31,7 @@ def test_wrench_is_that_of_all_contacts(pad_first):
     box = '<geom type="box" size=".004 .003 .005" mass=".02" friction="1 .005 .0001" euler="0 0 20"/>'
     model, data, pad = at_rest(box, pad_first=pad_first)
     (body,) = bodies_on_pad(model, data, pad, 5e-3)
-    expected = contact_wrenches(model, data, pad).total
+    expected = contact_wrench(model, data, pad)
     assert expected[2] < -0.1
     np.testing.assert_allclose([*body.force, *body.moment], expected, rtol=1e-12, atol=1e-15)
 
@@ -80,7 +80,7 @@ def test_triangles_below_the_floor_do_not_count():
 def test_every_scene_has_a_dense_contact_that_carries_its_force(name):
     model, data = pressed(name, "fast")
     found = compare(model, data)
-    force = contact_wrenches(model, data, mjtactile.TactileSensor(model, "touch").geom).total[2]
+    force = contact_wrench(model, data, mjtactile.TactileSensor(model, "touch").geom)[2]
     assert found.dense.wrench[2] == pytest.approx(force, rel=1e-9)
     assert max(found.dense.violations.values()) < 1e-7
 
