@@ -8,8 +8,10 @@ noise. Its size is the last feature, which tells recognisers how far small compo
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +36,11 @@ _DEAD, _MISFIT, _LEAST_MISFIT = 0.35, 4.0, 0.02
 _IN_SINGLE, _IN_DOUBLE = (1e-12, 1e12), (1e-120, 1e120)
 #: Largest number of dead taxels that are replaced.
 _MOST_MENDED = 12
+
+
+def noise_feature(noise: Any, logarithm: Callable[[Any], Any]) -> Any:
+    """The last feature [-] from noise over the norm of the projection [-], an array or tensor, with its logarithm."""
+    return logarithm(noise + NOISE_FLOOR) / 1.5 + 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +168,7 @@ class PrincipalComponents:
         noise = np.sqrt(np.maximum(left, 0.0) / (taxels - parts)) / size
         features = np.empty((len(projected), parts + 1), dtype=np.float32)
         np.multiply(projected / size[:, None] - self.mean, self.scale, out=features[:, :parts])
-        features[:, parts] = np.log(noise + NOISE_FLOOR) / 1.5 + 5.0
+        features[:, parts] = noise_feature(noise, np.log)
         return Seen(features, size, noise, mirrors)
 
     def checked(self, readings: np.ndarray) -> tuple[np.ndarray, tuple[int, ...]]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import torch
 
-from mjtactile.recognition.features import NOISE_FLOOR, PrincipalComponents
+from mjtactile.recognition.features import PrincipalComponents, noise_feature
 from mjtactile.recognition.training.examples import Examples
 from mjtactile.recognition.training.presses import Presses
 
@@ -52,7 +52,7 @@ class Looker:
         noisy = clean + sigma[:, None] * torch.randn(clean.shape, generator=self.generator)
         size = (noisy**2).sum(1).sqrt()
         level = (outside / self.outside).sqrt() / size
-        last = torch.log(level + NOISE_FLOOR) / 1.5 + 5.0
+        last = noise_feature(level, torch.log)
         features = (noisy / size[:, None] - self.mean) * self.scale
         return torch.cat([features, last[:, None]], 1), size
 
