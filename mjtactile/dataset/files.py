@@ -38,8 +38,7 @@ from mjtactile.dataset.part import (
 from mjtactile.dataset.sampling import outline_presses
 from mjtactile.dataset.shapes import shape_indenter
 from mjtactile.dataset.spec import DatasetSpec
-from mjtactile.errors import DamagedPartError, DatasetError, DatasetWarning, DistributeError, of_type, shortened
-from mjtactile.units import is_whole as is_whole_number
+from mjtactile.errors import DamagedPartError, DatasetError, DatasetWarning, of_type
 from mjtactile.workers import Workers, check_workers, make_files
 
 #: Approximate number of presses in one file.
@@ -107,7 +106,7 @@ def make_dataset(spec: DatasetSpec, folder: str | Path, *, workers: int | Worker
     require("dataset")
     from mjtactile.influence.cache import influence_matrices
 
-    chosen = _chosen(workers)
+    chosen = workers if isinstance(workers, Workers) else Workers(count=workers)
     check_workers(chosen)
     of_type(DatasetSpec, "spec", spec, DatasetError, "load_spec reads one")
     folder = path_from(folder, "folder", DatasetError)
@@ -136,18 +135,6 @@ def make_dataset(spec: DatasetSpec, folder: str | Path, *, workers: int | Worker
             f"{total - made} of {total} presses were left out: {_why_left_out(spec)}.", DatasetWarning, stacklevel=2
         )
     return made
-
-
-def _chosen(workers: object) -> Workers:
-    """Where parts are made: at workers, or in a whole number of processes from 1 on."""
-    if isinstance(workers, Workers):
-        return workers
-    if not is_whole_number(workers):
-        raise DistributeError(
-            f"workers = {shortened(workers)}; expected a whole number of processes, or a Workers, for example "
-            "Workers(ray=True)."
-        )
-    return Workers(count=int(workers))
 
 
 def _check_some(spec: DatasetSpec, folder: Path) -> None:
