@@ -12,7 +12,7 @@ from mjtactile.experiments.grasp.control import GripLaw, Ride, close, hold, let_
 from mjtactile.experiments.grasp.judge import CRUSHING
 from mjtactile.experiments.grasp.lift import LiftTask, lift_task
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
-from mjtactile.experiments.grasp.touch import TouchSense, TrueTouch, grasp_recogniser, make_touch
+from mjtactile.experiments.grasp.touch import TouchSense, grasp_recogniser, make_touch
 from mjtactile.experiments.grasp.trials import Experiment, Result, TrialSettings
 
 #: Range of the distance from the held object down to the shelf [m].
@@ -93,9 +93,9 @@ def trial(settings: TrialSettings, condition: str, number: int) -> Result:
     """
     task = handover_task(np.random.default_rng([settings.seed, number, 5]))
     seed = (settings.seed, number, 6)
-    touch = make_touch(condition, noise=settings.noise, seed=seed, weights=settings.weights)
     blind = condition == "blind"
-    return hand_over(task, TrueTouch() if blind else touch, fidelity=settings.fidelity, blind=blind)
+    touch = make_touch("true" if blind else condition, noise=settings.noise, seed=seed, weights=settings.weights)
+    return hand_over(task, touch, fidelity=settings.fidelity, blind=blind)
 
 
 def report(results: dict[str, list[Result]]) -> Report:

@@ -143,7 +143,8 @@ def lift_blindly(robot: Robot, judge: Judge, grip: float) -> None:
 def trial(settings: TrialSettings, condition: str, number: int) -> Result:
     """Run one trial of the experiment."""
     task = lift_task(np.random.default_rng([settings.seed, number]))
-    touch = make_touch(condition, noise=settings.noise, seed=(settings.seed, number, 1), weights=settings.weights)
+    kind = "none" if condition in BLIND_GRIPS else condition
+    touch = make_touch(kind, noise=settings.noise, seed=(settings.seed, number, 1), weights=settings.weights)
     return lift(task, touch, fidelity=settings.fidelity, blind_grip=BLIND_GRIPS.get(condition))
 
 

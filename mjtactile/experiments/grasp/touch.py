@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from mjtactile._types import Array
+from mjtactile.errors import RecognitionError
 from mjtactile.experiments.grasp.known import PadLoads
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 from mjtactile.pad import Pad
@@ -101,7 +102,7 @@ class NoTouch:
 
 
 def make_touch(kind: str, *, noise: float, seed: tuple[int, ...], weights: str | None = None) -> TouchSense:
-    """A sense of touch by name: "recognised", "true" or, for anything else, none.
+    """A sense of touch by name: "recognised", "true" or "none".
 
     Args:
         kind: name of the sense of touch.
@@ -110,11 +111,15 @@ def make_touch(kind: str, *, noise: float, seed: tuple[int, ...], weights: str |
         weights: folder of the recogniser's weights; by default those of the package; for "recognised".
 
     Raises:
-        RecognitionError: there are no weights, or they are for another pad.
+        RecognitionError: there is no such kind; there are no weights, or they are for another pad.
     """
     if kind == "recognised":
         return RecognisedTouch(grasp_recogniser(weights), noise=noise, seed=seed)
-    return TrueTouch() if kind == "true" else NoTouch()
+    if kind == "true":
+        return TrueTouch()
+    if kind != "none":
+        raise RecognitionError(f"sense of touch {kind!r} does not exist. Available: recognised, true, none.")
+    return NoTouch()
 
 
 @lru_cache(maxsize=2)

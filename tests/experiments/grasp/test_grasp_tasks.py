@@ -5,12 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
+from mjtactile.errors import RecognitionError
 from mjtactile.experiments.grasp.handover import hand_over, handover_task
 from mjtactile.experiments.grasp.lift import LIFT, lift, lift_task, report, trial
 from mjtactile.experiments.grasp.punch_touch import PunchTouch
 from mjtactile.experiments.grasp.slip import HeldObject, caught, slip_task
 from mjtactile.experiments.grasp.sort import SIZE, SortTask, sort_block, sort_task
-from mjtactile.experiments.grasp.touch import TrueTouch
+from mjtactile.experiments.grasp.touch import TrueTouch, make_touch
 from mjtactile.experiments.grasp.trials import TrialSettings
 
 
@@ -24,6 +25,11 @@ class Exaggerating(TrueTouch):
     def __call__(self, model, data):
         felt = super().__call__(model, data)
         return dataclasses.replace(felt, pressing=3.0 * felt.pressing)
+
+
+def test_an_unknown_sense_of_touch_is_refused():
+    with pytest.raises(RecognitionError, match=r"'recognized' does not exist\. Available: recognised, true, none\."):
+        make_touch("recognized", noise=0.0, seed=(1,))
 
 
 def test_true_forces_lift_with_little_more_than_it_takes():
