@@ -190,7 +190,6 @@ def run_press(problem: PressProblem) -> PressReport:
     contact_options(chosen, **contact, friction=problem.friction)
     recognise = _recogniser(problem.pad) if problem.recognise else None
     model = _scene(problem)
-    _check_force(problem.force, model)
     data = mujoco.MjData(model)
     settled = press(model, data, problem.force)
     influence = influence_matrices(problem.pad, chosen)
@@ -252,18 +251,6 @@ def _recogniser(pad: Pad) -> Callable[[Array], RecognisedPress]:
         return RecognisedPress(felt.force, seen, all(known))
 
     return recognise
-
-
-def _check_force(force: Array, model: mujoco.MjModel) -> None:
-    """Refuse a force beyond the range of the scene's actuators, in the words of the command line."""
-    most = float(min(model.actuator(f"press_{axis}").ctrlrange[1] for axis in "xyz"))
-    if np.abs(force).max() > most:
-        shown = ", ".join(f"{component:.4g}" for component in force)
-        raise SceneError(
-            f"force ({shown}) N is out of range: `mjtactile press` applies at most {most:g} N "
-            f"({most / GRAM_FORCE:.4g} gf) along each axis of the pad. For more, make the scene in Python with "
-            "press_scene(...) and widen its model.actuator_ctrlrange."
-        )
 
 
 def _scene(problem: PressProblem) -> mujoco.MjModel:

@@ -230,7 +230,8 @@ def _check_force(command: Array, ranges: Array) -> None:
     if (command < ranges[:, 0]).any() or (command > ranges[:, 1]).any():
         raise SceneError(
             f"force = {command} N exceeds the actuators' range {ranges.tolist()} N. Forces are in newtons: "
-            "1 gf is 9.80665e-3 N. For more, widen the ctrlrange of press_x, press_y and press_z."
+            "1 gf is 9.80665e-3 N. For more, make the scene in Python and widen the ctrlrange of press_x, press_y "
+            "and press_z."
         )
 
 
