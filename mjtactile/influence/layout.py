@@ -14,12 +14,12 @@ import scipy.sparse as sparse
 
 from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError
+from mjtactile.fem.corner_loads import on_corners
 from mjtactile.fem.mesh import SheetMesh, sheet_mesh
 from mjtactile.fem.stress import DEVIATORIC_COUNT
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.fem.symmetry import MirrorPlanes, free_in_plane
 from mjtactile.fem.taxel_quadrature import stored_average
-from mjtactile.fem.vertex_loads import on_corners
 from mjtactile.fidelity import Fidelity, MeshDensity
 from mjtactile.influence.table import table_name
 from mjtactile.pad import Pad

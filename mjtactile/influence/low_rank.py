@@ -30,8 +30,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array, Tables
+from mjtactile.fem.corner_loads import onto_corners
 from mjtactile.fem.stress import DEVIATORIC_COUNT
-from mjtactile.fem.vertex_loads import onto_corners
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.forces import by_class, disc_forces, grid_lines
 from mjtactile.influence.stress_matrix import stored_matrix

@@ -19,10 +19,10 @@ import numpy as np
 from mjtactile._files import path_from
 from mjtactile._types import Array, Mask
 from mjtactile.errors import CorruptInfluenceError, InfluenceError, OutputError, of_type
+from mjtactile.fem.corner_loads import onto_corners
 from mjtactile.fem.mesh import warn_if_coarser
 from mjtactile.fem.stress import DEVIATORIC_COUNT, stress_tensor, von_mises
 from mjtactile.fem.symmetry import unfold_field, unfold_points
-from mjtactile.fem.vertex_loads import onto_corners
 from mjtactile.fidelity import Fidelity, mesh_name
 from mjtactile.influence.core_pad import core_pad
 from mjtactile.influence.forces import FoldedLoads, folded_loads, nodal_batch, nodal_forces

@@ -51,7 +51,7 @@ class ClassStorage:
             for means in self._means.values():
                 self.sampling |= means.sampling
         if chosen.loads == "corners":
-            from mjtactile.influence.vertex_columns import CornerColumns
+            from mjtactile.influence.corner_columns import CornerColumns
 
             # The surface compliance keeps all columns.
             self._corners = CornerColumns(InfluenceMatrices(pad, plain, {}))

@@ -9,8 +9,8 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from mjtactile.fem.corner_loads import corner_weights
 from mjtactile.fem.symmetry import Parity
-from mjtactile.fem.vertex_loads import corner_weights
 from mjtactile.influence.matrices import ODD, InfluenceMatrices
 from mjtactile.influence.stress_matrix import read_matrix
 from mjtactile.influence.table import table_name

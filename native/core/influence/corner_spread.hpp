@@ -1,5 +1,5 @@
 // Nodal forces replaced by forces on the elements' corners, for tables that hold columns of corners only
-// (mjtactile/fem/vertex_loads.py). These have a quarter of the columns. Forces on mid-side nodes are distributed over
+// (mjtactile/fem/corner_loads.py). These have a quarter of the columns. Forces on mid-side nodes are distributed over
 // the nearest corners by cubic Lagrange interpolation, so that resultants and moments up to third order are kept.
 #pragma once
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array, Mask
-from mjtactile.fem.vertex_loads import on_corners, onto_corners, require_corners_mirrored
+from mjtactile.fem.corner_loads import on_corners, onto_corners, require_corners_mirrored
 from mjtactile.influence.forces import by_class, disc_forces, grid_lines
 from mjtactile.influence.matrices import InfluenceMatrices
 

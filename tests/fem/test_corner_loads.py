@@ -11,8 +11,8 @@ from shapely import Point
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import PresetError
+from mjtactile.fem.corner_loads import corner_weights, onto_corners, require_corners_mirrored
 from mjtactile.fem.line import Line
-from mjtactile.fem.vertex_loads import corner_weights, onto_corners, require_corners_mirrored
 from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.storage import in_storage

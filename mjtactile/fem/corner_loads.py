@@ -25,7 +25,7 @@ CORNERS = 4
 
 
 def corner_weights(line: Line) -> Array:
-    """Fraction of each node's force that goes to each vertex of a line [-], shape (vertices, nodes)."""
+    """Fraction of each node's force that goes to each corner, a vertex of the line [-], shape (corners, nodes)."""
     vertices, nodes = line.vertices, line.nodes
     weights = np.zeros((len(vertices), len(nodes)))
     weights[np.arange(len(vertices)), 2 * np.arange(len(vertices))] = 1.0
