@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.cli.options import json_text
 from mjtactile.contact.options import contact_options
 from mjtactile.errors import IndenterError, MjTactileError, SceneError
-from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
+from mjtactile.fidelity import Fidelity, as_fidelity, fidelity_text
 from mjtactile.geometry.indenter import Indenter, body_name, box, cylinder, mesh_indenter, punch, sphere
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.cache import influence_matrices
@@ -161,16 +161,16 @@ class PressProblem:
 
     shape: str  #: a punch, "sphere", "cylinder", "box", or the path of a mesh file
     force: Array  #: force on the indenter [N], pad frame, shape (3,)
-    pad: Pad = field(default_factory=Pad)  #: the pad; by default the paper's
-    fidelity: str | Fidelity = DEFAULT  #: a preset by name or a Fidelity; its tables are built if the cache lacks them
-    law: str | None = None  #: contact law; by default the fidelity's
-    tangential: str = "proportional"  #: distribution of shear, see `contact_load`
-    friction: float | None = None  #: coefficient that bounds the shear [-], see `TactileSensor`
-    shift: tuple[float, float] = (0.0, 0.0)  #: position (x, y) of the indenter's origin in the pad frame [m]
-    rotate_deg: float = 0.0  #: counter-clockwise rotation about its origin, before the shift [deg]
-    scale: float | None = None  #: metres per unit of a mesh file; None: 1
-    tilt_free: bool = False  #: whether the indenter may tilt
-    recognise: bool = False  #: whether recognisers find force and shape from the readings
+    pad: Pad  #: the pad
+    fidelity: str | Fidelity  #: a preset by name or a Fidelity; its tables are built if the cache lacks them
+    law: str | None  #: contact law; None: the fidelity's
+    tangential: str  #: distribution of shear, see `contact_load`
+    friction: float | None  #: coefficient that bounds the shear [-], see `TactileSensor`
+    shift: tuple[float, float]  #: position (x, y) of the indenter's origin in the pad frame [m]
+    rotate_deg: float  #: counter-clockwise rotation about its origin, before the shift [deg]
+    scale: float | None  #: metres per unit of a mesh file; None: 1
+    tilt_free: bool  #: whether the indenter may tilt
+    recognise: bool  #: whether recognisers find force and shape from the readings
 
 
 def run_press(problem: PressProblem) -> PressReport:
@@ -214,7 +214,7 @@ def run_press(problem: PressProblem) -> PressReport:
     )
 
 
-def named_indenter(shape: str, scale: float | None = None) -> Indenter:
+def named_indenter(shape: str, scale: float | None) -> Indenter:
     """The indenter of a name or of a mesh file.
 
     Args:

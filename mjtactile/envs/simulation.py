@@ -80,7 +80,7 @@ class BatchSimulations:
         ImportError: this MuJoCo has no `mujoco.batch`.
     """
 
-    def __init__(self, model: mujoco.MjModel, count: int, threads: int = 0) -> None:
+    def __init__(self, model: mujoco.MjModel, count: int, threads: int) -> None:
         from mujoco.batch import Batch
 
         self.model, self.count = model, count

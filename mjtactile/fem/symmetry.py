@@ -105,7 +105,7 @@ def fold_forces(forces: Array, parity: Parity) -> Array:
     return folded
 
 
-def unfold_field(classes: list[Array], mirrors: MirrorPlanes = BOTH) -> Array:
+def unfold_field(classes: list[Array], mirrors: MirrorPlanes) -> Array:
     """A vector field (..., nodes y, nodes x, 3) on the whole surface from its symmetry classes on the quarter.
 
     Args:
@@ -127,7 +127,7 @@ def unfold_field(classes: list[Array], mirrors: MirrorPlanes = BOTH) -> Array:
     return np.asarray(whole)
 
 
-def unfold_points(classes: Array, odd_in_x: Mask, odd_in_y: Mask, mirrors: MirrorPlanes = BOTH) -> Array:
+def unfold_points(classes: Array, odd_in_x: Mask, odd_in_y: Mask, mirrors: MirrorPlanes) -> Array:
     """Stress coordinates at points in all quadrants from their values in each class at the folded points.
 
     Args:
@@ -156,7 +156,7 @@ class FoldedPoints:
     quadrant: np.ndarray
 
 
-def fold_points(positions: Array, resolution: float, mirrors: MirrorPlanes = BOTH) -> FoldedPoints:
+def fold_points(positions: Array, resolution: float, mirrors: MirrorPlanes) -> FoldedPoints:
     """Fold points (points, 3) [m]; mirror images within `resolution` [m] of each other become one."""
     mirrored = np.array([mirrors.x, mirrors.y, False])
     folded = np.where(mirrored, np.abs(positions), positions)

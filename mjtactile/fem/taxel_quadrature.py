@@ -25,7 +25,7 @@ import scipy.sparse as sparse
 
 from mjtactile._types import Array, Indices, Tables
 from mjtactile.errors import CorruptInfluenceError
-from mjtactile.fem.symmetry import BOTH, FoldedPoints, MirrorPlanes, fold_points
+from mjtactile.fem.symmetry import FoldedPoints, MirrorPlanes, fold_points
 from mjtactile.pad import LENGTH_TOLERANCE, Pad
 from mjtactile.pad_shape.taxels import FreeTaxels
 
@@ -87,7 +87,7 @@ def sampling_tables(sampling: Sampling, sensing_layer: int) -> Tables:
     return {f"sampling {name} {sensing_layer}": array for name, array in arrays.items()}
 
 
-def stored_average(tables: Tables, sensing_layer: int, mirrors: MirrorPlanes = BOTH) -> sparse.csr_array:
+def stored_average(tables: Tables, sensing_layer: int, mirrors: MirrorPlanes) -> sparse.csr_array:
     """The averaging matrix of a sensing layer from `sampling_tables`, see `Sampling.average`.
 
     Raises:

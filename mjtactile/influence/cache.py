@@ -61,13 +61,13 @@ def cache_directory() -> Path:
         ) from error
 
 
-def cached_path(pad: Pad, fidelity: str | Fidelity = DEFAULT) -> Path:
+def cached_path(pad: Pad, fidelity: str | Fidelity) -> Path:
     """Path in the cache for the influence matrices of a pad, whether or not they exist; see `influence_matrices`."""
     fingerprint = influence_fingerprint(pad, as_fidelity(fidelity))
     return cache_directory() / f"influence-{fingerprint[:20]}.safetensors"
 
 
-def stored_path(pad: Pad, fidelity: str | Fidelity = DEFAULT) -> Path | None:
+def stored_path(pad: Pad, fidelity: str | Fidelity) -> Path | None:
     """Path of a pad's influence matrices in the cache or in the package; None if they were not built yet."""
     kept = cached_path(pad, fidelity)
     return next((path for path in (kept, SHIPPED / kept.name) if is_there(path)), None)

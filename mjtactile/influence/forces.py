@@ -12,7 +12,7 @@ from shapely import Point
 from mjtactile._types import Array
 from mjtactile.errors import InfluenceError, of_type
 from mjtactile.fem.surface_grid import SurfaceGrid, oriented_edges
-from mjtactile.fem.symmetry import BOTH, MirrorPlanes, fold_forces
+from mjtactile.fem.symmetry import MirrorPlanes, fold_forces
 from mjtactile.influence.stress_matrix import ClassForces, StressMatrix
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad
@@ -80,7 +80,7 @@ def largest_force(forces: Array) -> float:
     return largest
 
 
-def by_class(batch: Array, columns: list[np.ndarray], mirrors: MirrorPlanes = BOTH) -> list[Array]:
+def by_class(batch: Array, columns: list[np.ndarray], mirrors: MirrorPlanes) -> list[Array]:
     """Forces (batch, columns) of each class [N], from nodal forces and columns as for `folded_loads`."""
     folded = (fold_forces(batch, parity).reshape(len(batch), -1) for parity in mirrors.classes)
     return [of_class[:, kept] for of_class, kept in zip(folded, columns, strict=True)]
@@ -104,7 +104,7 @@ def disc_forces(surface: SurfaceGrid, x: Array, y: Array, diameters: Sequence[fl
     return np.einsum("dyx,ac->adyxc", integrals, np.eye(3)).reshape(-1, *integrals.shape[1:], 3)
 
 
-def folded_loads(batch: Array, columns: list[np.ndarray], twofold: bool, mirrors: MirrorPlanes = BOTH) -> FoldedLoads:
+def folded_loads(batch: Array, columns: list[np.ndarray], twofold: bool, mirrors: MirrorPlanes) -> FoldedLoads:
     """Split nodal forces into symmetry classes.
 
     A symmetric load has forces in some classes only, and rounding errors in the others. Forces smaller than the

@@ -54,9 +54,7 @@ _USED_SHARE = 1 / 3
 _TIE = 1e-5
 
 
-def reduced_tables(
-    influence: InfluenceMatrices, chosen: Fidelity, on_step: Callable[[], None] = lambda: None
-) -> Tables:
+def reduced_tables(influence: InfluenceMatrices, chosen: Fidelity, on_step: Callable[[], None]) -> Tables:
     """All stress matrices, see `stress_matrix.stored_matrix`, each factored if that saves memory or time.
 
     Args:

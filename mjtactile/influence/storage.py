@@ -101,9 +101,7 @@ def in_storage(
     return reduced_and_narrowed(whole, chosen, on_step)
 
 
-def reduced_and_narrowed(
-    whole: InfluenceMatrices, chosen: Fidelity, on_step: Callable[[], None] = lambda: None
-) -> InfluenceMatrices:
+def reduced_and_narrowed(whole: InfluenceMatrices, chosen: Fidelity, on_step: Callable[[], None]) -> InfluenceMatrices:
     """Matrices in the storage of a fidelity, from matrices that differ in reduction and precision only.
 
     To save memory, matrices are removed from the tables of `whole`, which cannot be used afterwards. Calls

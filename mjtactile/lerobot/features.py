@@ -120,7 +120,7 @@ def _taxel_places(pad: Pad) -> dict[str, Any]:
 
 
 def tactile_columns(
-    name: str, readings: npt.NDArray[np.floating[Any]], *, flat: bool = False
+    name: str, readings: npt.NDArray[np.floating[Any]], *, flat: bool
 ) -> dict[str, npt.NDArray[np.float32]]:
     """Values of the columns of `tactile_features`.
 

@@ -187,7 +187,7 @@ def _add_asset(root: ET.Element, name: str, vertices: Array, faces: Indices) -> 
     ET.SubElement(assets, "mesh", {"name": name, "inertia": "exact", **text})
 
 
-def _indenter_body(indenter: Indenter, feet: Array | None, *, on_feet: bool = True) -> ET.Element:
+def _indenter_body(indenter: Indenter, feet: Array | None, *, on_feet: bool) -> ET.Element:
     """The indenter's body; its weight is compensated, so that it does not add to the commanded force."""
     body = ET.Element("body", name=indenter.name, gravcomp="1")
     parts = [] if on_feet else _parts(indenter)

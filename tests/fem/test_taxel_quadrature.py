@@ -245,7 +245,7 @@ def test_odd_rules_have_points_on_the_mirrors(count):
 
 def test_folded_points_unfold_to_where_they_were():
     positions = np.array([[1, 2, -1], [-1, 2, -1], [1, -2, -1], [-1, -2, -1], [0, 3, -2], [-0.5, 0, -1]]) * 1e-3
-    folded = fold_points(positions, 1e-12)
+    folded = fold_points(positions, 1e-12, BOTH)
     assert len(folded.positions) == 3
     signs = np.array([(*BOTH.images[q], 1) for q in folded.quadrant])
     np.testing.assert_allclose(folded.positions[folded.index] * signs, positions, atol=1e-12)

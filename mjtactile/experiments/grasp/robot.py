@@ -33,7 +33,7 @@ class Robot:
         touch: TouchSense,
         *,
         opening: float,
-        watch: Callable[[Robot], None] = lambda robot: None,
+        watch: Callable[[Robot], None],
     ) -> None:
         # An object that rocks for a moment presses with an edge. The nearest load that a face carries is read then.
         with quiet_contacts():

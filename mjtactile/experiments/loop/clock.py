@@ -89,8 +89,8 @@ class Loop:
         recognisers: tuple[ForceRecogniser, ShapeRecogniser],
         settings: LoopSettings,
         *,
-        transducer: Transducer | None = None,
-        watch: Callable[[Loop], None] = lambda loop: None,
+        transducer: Transducer | None,
+        watch: Callable[[Loop], None],
     ) -> None:
         every = steps_between(settings.rate)
         self.scene, self.sensor = scene, sensor

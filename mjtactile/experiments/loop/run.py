@@ -42,15 +42,15 @@ class LoopResult:
 def run_loop(
     settings: LoopSettings,
     *,
-    folder: Path | None = None,
-    transducer: Transducer | None = None,
-    watch: Callable[[Loop], None] = lambda loop: None,
+    folder: Path | None,
+    transducer: Transducer | None,
+    watch: Callable[[Loop], None],
 ) -> LoopResult:
     """Press with commanded forces, using the unknown punch of arm 0, then sort the seven punches.
 
     Args:
         settings: settings of the run.
-        folder: folder of the recognisers' weights; by default those of the package.
+        folder: folder of the recognisers' weights; None: those of the package.
         transducer: transducers that report the readings, before noise is added; None for ideal readings.
         watch: function that is called with the loop after each tick.
 
@@ -74,7 +74,7 @@ def run_loop(
 
 
 def loop_recognisers(
-    layers: str, folder: Path | None = None, pad: Pad | None = None
+    layers: str, folder: Path | None, pad: Pad | None = None
 ) -> tuple[ForceRecogniser, ShapeRecogniser]:
     """Recognisers of force and shape for the loop; arguments and errors as in `recognition.load`."""
     return load("force", layers=layers, pad=pad, folder=folder), load("shape", layers=layers, pad=pad, folder=folder)

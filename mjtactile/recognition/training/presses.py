@@ -58,7 +58,7 @@ class Presses:
 
 
 def fit_view(
-    folder: Path, layers: tuple[int, ...] | None = None, parts: int | None = None
+    folder: Path, layers: tuple[int, ...] | None, parts: int | None
 ) -> tuple[PrincipalComponents, dict[str, Any]]:
     """Principal components of a dataset's normalised readings, and the dataset's metadata.
 

@@ -55,7 +55,8 @@ def looped(influence, seed=0, rate=200, noise=0.0, watch=lambda loop: None, **or
     scene = loop_scene(seed)
     sensor = TactileSensor(scene.model, influence=influence, law="uniform")
     told: Any = Oracle(scene, **oracle)
-    told.loop = Loop(scene, sensor, (told.force, told.shape), LoopSettings(rate=rate, noise=noise), watch=watch)
+    settings = LoopSettings(rate=rate, noise=noise)
+    told.loop = Loop(scene, sensor, (told.force, told.shape), settings, transducer=None, watch=watch)
     return told.loop, told
 
 
