@@ -27,7 +27,7 @@ _MADE = tuple(
         *("face_cells", "placed_cells", "footprint_flat", "footprint_heights"),
     )
 )
-_COUNTS = ("mjt_pad_bytes", "mjt_basis_bytes", "mjt_press_parts", "mjt_press_edges", "mjt_reader_rim")
+_COUNTS = ("mjt_basis_bytes", "mjt_press_parts", "mjt_press_edges", "mjt_reader_rim")
 _NAME = {"darwin": "libmjtactile.dylib", "win32": "mjtactile.dll"}.get(sys.platform, "libmjtactile.so")
 
 

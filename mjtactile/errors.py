@@ -1,6 +1,8 @@
 """Every error and warning the package raises, so that callers can catch them by name; values in their messages."""
 
+import sys
 import threading
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import ClassVar, TypeVar
@@ -142,6 +144,20 @@ def contacts_are_quiet() -> bool:
     """
     own = threading.get_ident()
     return own in _quiet or (bool(_quiet) and all(one.ident != own for one in threading.enumerate()))
+
+
+def warn_of_contact(text: str) -> None:
+    """Issue a ContactWarning at the line outside of this package that led here, unless contacts are quiet.
+
+    Warns:
+        ContactWarning: with this text.
+    """
+    if contacts_are_quiet():
+        return
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals["__name__"].partition(".")[0] == __package__:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(text, ContactWarning, stacklevel=level)
 
 
 class MeshWarning(UserWarning):

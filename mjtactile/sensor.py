@@ -114,7 +114,7 @@ class TactileSensor:
             self.influence, law=law, tangential=self.tangential, friction=friction, tilt=self.tilt
         )
         self.facing_gap = FACING_GAP if facing_gap is None else _checked_gap(facing_gap)
-        how = Reading(influence=self.influence, options=options, friction=friction, facing_gap=self.facing_gap)
+        how = Reading(influence=self.influence, options=options, facing_gap=self.facing_gap)
         bodies = tuple(model.body(number).name for number in range(model.nbody))
         self._reader = NativeReader(how, self.geom, geom, bodies)
 

@@ -1,4 +1,4 @@
-"""What pads feel of faces that cover them, for the grasp recogniser: any force, twist and centre of pressure.
+"""What pads feel of faces that cover them, for the grasp recogniser: any force, torsion and centre of pressure.
 
     PYTHONPATH=. python training/grasp_presses.py --out build/grasps.npz
 
@@ -28,9 +28,9 @@ from mjtactile.workers import process_pool
 
 #: Presses of one job.
 _PER_JOB = 500
-#: Largest tangential over pressing force [-], distance of the centre of pressure from the middle [m], and twist over
+#: Largest tangential over pressing force [-], distance of the centre of pressure from the middle [m], and torsion over
 #: pressing force [m].
-RATIO, CENTRE, TWIST = 1.35, 6.5e-3, 6e-3
+RATIO, CENTRE, TORSION = 1.35, 6.5e-3, 6e-3
 #: Presets of the readings, in turn from job to job: forces learnt from one are up to 4 % off on readings of another.
 FIDELITIES = ("fast", "balanced", "precise")
 
@@ -79,13 +79,13 @@ def pressed(job: tuple[int, int]) -> tuple[np.ndarray, Array]:
 
 
 def random_wrench(drawn: np.random.Generator) -> Array:
-    """With a pressing force of 1 N; small pulls, shifts and twists come more often than large ones, shape (6,)."""
+    """With a pressing force of 1 N; small pulls, shifts and torsions come more often than large ones, shape (6,)."""
     ratio, shift = RATIO * drawn.random(), CENTRE * drawn.random() ** 1.5
     around, towards = drawn.uniform(0.0, 2.0 * np.pi, 2)
     force = np.array([ratio * np.cos(around), ratio * np.sin(around), -1.0])
     centre = np.array([shift * np.cos(towards), shift * np.sin(towards), 0.0])
-    twist = TWIST * drawn.random() ** 2 * drawn.choice((-1.0, 1.0))
-    return np.concatenate([force, np.cross(centre, force) + np.array([0.0, 0.0, twist])])
+    torsion = TORSION * drawn.random() ** 2 * drawn.choice((-1.0, 1.0))
+    return np.concatenate([force, np.cross(centre, force) + np.array([0.0, 0.0, torsion])])
 
 
 if __name__ == "__main__":

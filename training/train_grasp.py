@@ -1,4 +1,4 @@
-"""Train the grasp recogniser: force and twist with which a grasped body bears on a pad, and their standard deviations.
+"""Train the grasp recogniser: force and torsion of a grasped body on a pad, and their standard deviations.
 
     python training/train_grasp.py --data build/grasps.npz --weights build/weights/grasp
 
@@ -28,7 +28,7 @@ from mjtactile.recognition.training.familiarity import Comparison, taught_presse
 from mjtactile.recognition.training.fitting import perceptron, perceptron_arrays
 from mjtactile.recognition.weight_files import write_weights
 
-#: Typical errors, by which outputs are scaled: tangential over pressing force, centre [m], twist over pressing force
+#: Typical errors, by which outputs are scaled: tangential over pressing force, centre [m], torsion over pressing force
 #: [m], logarithm of the pressing force.
 _SCALE = np.array([0.1, 0.1, 5e-4, 5e-4, 5e-4, 0.1], dtype=np.float32)
 
@@ -159,7 +159,7 @@ def report(recogniser: GraspRecogniser, readings: np.ndarray, wrenches: np.ndarr
             "pressing, relative": np.abs(found.pressing / pressing - 1.0),
             "tangential over pressing": off,
             "centre [mm]": 1e3 * np.linalg.norm(found.centre - targets[:, 2:4], axis=1),
-            "twist over pressing [mm]": 1e3 * np.abs(found.twist / pressing - targets[:, 4]),
+            "torsion over pressing [mm]": 1e3 * np.abs(found.torsion / pressing - targets[:, 4]),
         }
         for name, errors in rows.items():
             print(f"noise {noise:g}: {name}: median {np.median(errors):.4f}, 95 % {np.quantile(errors, 0.95):.4f}")

@@ -7,7 +7,6 @@ have the resultant force and moment of the tractions to rounding.
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -20,7 +19,7 @@ from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.linear_range import beyond_linear_range
 from mjtactile.contact.options import ContactOptions, Wrench, contact_options, wanted_wrench
 from mjtactile.contact.ready import solved_bodies
-from mjtactile.errors import ContactError, ContactWarning, contacts_are_quiet
+from mjtactile.errors import ContactError, warn_of_contact
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import ContactState, SurfaceLoad
 
@@ -47,7 +46,8 @@ def contact_load(
     as stiff as the pad is under a face of the same area. "elastic": unilateral contact of the rigid body with the
     elastic pad, with pressure where they touch and a gap elsewhere.
 
-    Shear. "proportional": shear proportional to the pressure, as in sliding, plus a rotational part for the torsion.
+    Shear. "proportional": shear proportional to the pressure, as in sliding, or with law "uniform" constant over the
+    pressed area, plus a rotational part for the torsion.
     "stick": the surface does not move relative to the body. "coulomb": the surface sticks where |t| < mu p and slips
     elsewhere, without history of loading. Laws "uniform" and "foundation" allow "proportional" only.
 
@@ -111,21 +111,16 @@ def _pressed_loads(
     solved = solved_bodies(influence, bodies, wrenches, options)
     for one in solved:
         if one.approximated:
-            _warn(
+            warn_of_contact(
                 "the contact law has no solution here: the pressure is spread over as much area around the line of the "
                 "force as it needs instead.",
             )
         elif one.simplified:
-            _warn(
+            warn_of_contact(
                 "no pressure and shear were found that agree with each other, which can happen with few cells or high "
                 "friction: the pressure is that without friction.",
             )
     return [one.load for one in solved]
-
-
-def _warn(text: str) -> None:
-    if not contacts_are_quiet():
-        warnings.warn(text, ContactWarning, stacklevel=5)  # the caller of `contact_load`
 
 
 def reported(
@@ -172,7 +167,7 @@ def _warn_unless_carried(load: SurfaceLoad, wrench: Wrench, footprint: Footprint
     else:
         reason = f"it slips: friction {options.friction} cannot carry the shear and torsion"
     about = "" if wrench.place is None else " about the place where the force presses"
-    _warn(
+    warn_of_contact(
         f"the footprint cannot carry this wrench: {reason}. A load near it is used; "
         f"force {_format(left_force, size)} N and moment {_format(left_moment, size * length)} N m{about} "
         "are left over.",
@@ -208,7 +203,7 @@ def warn_beyond_linear_range(influence: InfluenceMatrices, force: Array, outward
     pressing = math.sqrt(normal**2 + 3.0 * max(float(force @ force) - normal**2, 0.0))
     reason = beyond_linear_range(influence.pad, pressing / state.contact_area, state.indentation)
     if reason is not None:
-        _warn(reason)
+        warn_of_contact(reason)
 
 
 def contact_loads(

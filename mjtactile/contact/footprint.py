@@ -159,8 +159,10 @@ class Footprint:
         if outer.is_flat:
             return cls.from_gap(checked, surface, outline=outline)
         made = cls.from_gap(_Shifted(checked, 0.0, -1.0, outer), surface, outline=outline)
-        upright, margin = (_Checked(height, surface.bounds), made.reach) if outline is None else (checked, 0.0)
-        return replace(made, upright=upright, above=made.lowest, margin=margin)
+        if outline is not None:
+            return replace(made, upright=checked, above=made.lowest, margin=0.0)
+        upright = _Checked(height, "height", surface.bounds)
+        return replace(made, upright=upright, above=made.lowest, margin=made.reach)
 
     @property
     def bounds(self) -> Bounds:
@@ -290,7 +292,7 @@ def _checked(name: str, gap: GapFunction) -> Callable[[Array, Array], Array]:
             f"{name} is of type {type(gap).__name__}; expected a function of arrays x and y in metres that returns one "
             "height per point. For a flat face: Footprint.from_outline(...)."
         )
-    return gap if isinstance(gap, _Checked) else _Checked(gap)
+    return gap if isinstance(gap, _Checked) else _Checked(gap, name)
 
 
 @dataclass(frozen=True)
@@ -298,6 +300,7 @@ class _Checked:
     """A gap function with checks of the heights that it returns."""
 
     gap: GapFunction  #: the function
+    name: str  #: of the argument that gave it
     #: If given, NaN outside of this rectangle [m] stands for no body, and warns of nothing: the function may be written
     #: for the sheet alone.
     sheet: Bounds | None = None
@@ -307,14 +310,14 @@ class _Checked:
             values = real_numbers(self.gap(x, y))
         if values is None:
             raise FootprintError(
-                "the gap function gave heights that are no real numbers. It must take arrays x and y and return one "
-                "height in metres per point."
+                f"the {self.name} function gave heights that are no real numbers. It must take arrays x and y and "
+                "return one height in metres per point."
             )
         values = np.asarray(values, dtype=float)
         if values.shape != x.shape:
             raise FootprintError(
-                f"the gap function gave heights of shape {values.shape} for points of shape {x.shape}. It must take "
-                "arrays x and y and return one height per point."
+                f"the {self.name} function gave heights of shape {values.shape} for points of shape {x.shape}. It must "
+                "take arrays x and y and return one height per point."
             )
         if self.sheet is not None:
             values = np.where(np.isnan(values) & (_beside(self.sheet, x, y) > 0.0), np.inf, values)
@@ -322,7 +325,7 @@ class _Checked:
             wrong = ~(values > -np.inf)
             first = int(np.flatnonzero(wrong)[0])
             raise FootprintError(
-                f"the gap function is {values[first]} at x = {x[first]:.6g} m, y = {y[first]:.6g} m. Heights "
+                f"the {self.name} function is {values[first]} at x = {x[first]:.6g} m, y = {y[first]:.6g} m. Heights "
                 "are finite, or numpy.inf where there is no body."
             )
         return values

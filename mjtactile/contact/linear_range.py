@@ -51,4 +51,7 @@ def beyond_linear_range(pad: Pad, pressure: float, indentation: float) -> str | 
         reason = f"the indentation, {indentation * 1e3:.3g} mm, is over {limit}"
     else:
         return None
-    return f"{reason}: strains are no longer small, so the readings of this linear model are only approximate."
+    return (
+        f"{reason}: strains are no longer small, so the readings of this linear model are only approximate. Press less "
+        "hard or over a larger area, or use a stiffer or thicker pad."
+    )

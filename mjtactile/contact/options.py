@@ -139,7 +139,7 @@ def contact_options(
     """Check the options of `contact_load`.
 
     Args:
-        influence: of the pad, or their fidelity; it determines law and number of cells if these are None.
+        influence: influence matrices of the pad, or a Fidelity; gives law and number of cells if these are None.
         law: name of the contact law.
         tangential: how shear is distributed.
         friction: coefficient [-]; None for no bound.

@@ -51,7 +51,7 @@ class Solved(NamedTuple):
     """The core's result for one body."""
 
     load: SurfaceLoad  #: its tractions
-    #: Whether the law's solution was not found, so that the cells nearest to the body bear the force.
+    #: Whether the law's solution was not found, so that the cells nearest to the force's line of action bear it.
     approximated: bool
     #: Whether no solution with the requested shear was found, so that a simpler tangential choice is used.
     simplified: bool

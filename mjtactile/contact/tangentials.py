@@ -15,7 +15,8 @@ class TangentialChoice:
 
 
 _CHOICES = (
-    # Shear proportional to the pressure, as in sliding, plus a rotational part for the torsion.
+    # Shear proportional to the pressure, as in sliding, or with law "uniform" constant over the pressed area, plus a
+    # rotational part for the torsion.
     TangentialChoice("proportional", couples=False),
     # The surface does not move relative to the body.
     TangentialChoice("stick"),

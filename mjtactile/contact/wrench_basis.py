@@ -40,8 +40,8 @@ class WrenchBasis:
         cells: number of contact cells.
 
     Raises:
-        ContactError: an option is unknown or out of range, options cannot be combined, or the influence matrices or the
-            footprint are none.
+        ContactError: an option is unknown or out of range, options cannot be combined, or `influence` or `footprint` is
+            of another type.
     """
 
     def __init__(

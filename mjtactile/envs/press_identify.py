@@ -63,7 +63,7 @@ class PressIdentify(FingerTask):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         count = self.simulation.count
-        # Index of the shape. The finger's target is relative to its start.
+        # Index of the shape.
         self._shape = np.zeros(count, dtype=int)
         # Index of the answered shape; -1 for none.
         self._answer = np.full(count, -1)

@@ -90,6 +90,7 @@ def influence_matrices(
         cache: False neither reads nor writes the cache.
 
     Raises:
+        InfluenceError: the cache's folder lies in a home folder, and the system does not know of one.
         MeshError: the mesh does not exist, cannot be solved, or needs more memory than the machine has.
         PadError: `pad` is no pad.
         PresetError: there is no such fidelity.

@@ -20,6 +20,7 @@ from mjtactile.influence.stress_matrix import read_matrix
 from mjtactile.influence.table import table_name
 from mjtactile.pad_shape.core_surface import core_surface
 
+#: In the order of the core's enum Precision; see mjt_pad_new.
 _PRECISIONS = ("float16", "float32", "float64", "int8")
 #: Forces between 2^-n and 2^n newtons, with this n, are not rescaled.
 _COMMON_POWERS = 20
@@ -52,11 +53,6 @@ class CorePad:
             if what not in self._given:
                 self._given.add(what)
                 action()
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of the stress matrices [bytes]."""
-        return int(library().mjt_pad_bytes(self.handle))
 
     def readings(self, forces: Array) -> Array:
         """Readings [Pa], of shape `Pad.reading_shape`, under nodal forces (nodes y, nodes x, 3) [N].

@@ -129,7 +129,9 @@ def read_metadata(path: Path) -> dict[str, Any]:
         with safe_open(path, framework="np") as file:
             return json.loads(file.metadata()[METADATA])
     except (SafetensorError, KeyError, TypeError, ValueError) as error:
-        raise CorruptInfluenceError(f"{path} is not a whole influence table ({error}).") from error
+        raise CorruptInfluenceError(
+            f"{path} is not a whole influence table ({error}). Delete it: mjtactile cache clear --unusable"
+        ) from error
 
 
 def _read_header(content: npt.NDArray[np.uint8]) -> tuple[Tables, dict[str, str]]:

@@ -217,9 +217,7 @@ def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> 
     )
     copy = ModelCopy(model, running_layout())
     check_pad_geom(copy, geom, pad)
-    how = Reading(
-        influence=influence, options=options, friction=attributes.friction, stress="stress" in attributes.outputs
-    )
+    how = Reading(influence=influence, options=options, stress="stress" in attributes.outputs)
     name = copy.geom(geom).name or f"geom number {geom}"
     fill_instance(to, how, name, tuple(copy.body(number).name for number in range(copy.nbody)), asked=False)
     to.visual = attributes.visual

@@ -213,7 +213,7 @@ def message(names: Names, note: Note) -> str:
     who = f"pad '{names.pad}', {names.body(int(note.body))}"
     return (
         f"{who}: strains are no longer small ({names.pressure}, or {names.indentation}), so the readings of this "
-        "linear model are too coarse.",
+        "linear model are only approximate. Press less hard or over a larger area, or use a stiffer or thicker pad.",
         f"{who}: a part of its contact force acts beside the sensing surface, or along it harder than the contact can "
         "carry. The nearest load that the surface carries is read; output 'carried' says which.",
         f"{who}: no solution of its contact law was found. The pressure is spread over the area that the force needs "

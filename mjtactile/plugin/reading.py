@@ -34,15 +34,14 @@ class Reading:
 
     Attributes:
         influence: matrices of the pad.
-        options: how contacts are solved.
-        friction: coefficient [-]. If None, shear has no bound, except under "coulomb", which uses MuJoCo's coefficient.
+        options: how contacts are solved. If their friction is None, shear has no bound, except under "coulomb", which
+            uses MuJoCo's coefficient.
         facing_gap: parts up to this height above a body's first contact point face the pad [m].
         stress: whether full stress tensors are needed.
     """
 
     influence: InfluenceMatrices
     options: ContactOptions
-    friction: float | None = None
     facing_gap: float = FACING_GAP
     stress: bool = False
 
@@ -85,7 +84,7 @@ def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...],
     tables.give("tiles", lambda: _give_tiles(tables, geometry))
     to.law, to.tangential = core_names(options)
     to.cells, to.widest = options.cells, options.widest_cells(geometry)
-    to.friction = -1.0 if how.friction is None else how.friction
+    to.friction = -1.0 if options.friction is None else options.friction
     to.tolerance, to.facing_gap, to.strength = POSE_TOLERANCE, how.facing_gap, layer.young
     to.size_tolerance = SIZE_TOLERANCE
     to.tilting = options.tilting

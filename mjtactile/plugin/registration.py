@@ -71,9 +71,9 @@ def ensure_registered() -> None:
         )
         if slot < 0:
             raise NativeError(
-                f"the compiled core {library_path()} does not belong to this mjtactile: it needs other numbers of "
-                f"MuJoCo {mujoco.__version__} than it is given. Install mjtactile again with `pip install .`, so that "
-                "both come from one source."
+                f"the compiled core {library_path()} does not belong to this mjtactile: it reads other fields of "
+                f"MuJoCo {mujoco.__version__}'s structures than this package describes. Install mjtactile "
+                "again with `pip install .`, so that both come from one source."
             )
         # Simulations may outlive the interpreter; Python functions no longer exist when the last ones are destroyed.
         atexit.register(core.mjt_plugin_leave)

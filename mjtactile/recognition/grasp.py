@@ -25,18 +25,18 @@ class GraspResult:
     Attributes:
         force: on the pad [N], (..., 3); pressing is -z.
         centre: centre of pressure (x, y) [m], (..., 2).
-        twist: torsional moment, about the pad's normal through the centre of pressure [N m], (...).
-        force_deviation: standard deviation of the ratio of tangential to pressing force [-], (...).
-        magnitude_deviation: relative standard deviation of the pressing force [-], (...).
+        torsion: torsional moment, about the pad's normal through the centre of pressure [N m], (...).
+        ratio_deviation: standard deviation of the ratio of tangential to pressing force [-], (...).
+        pressing_deviation: relative standard deviation of the pressing force [-], (...).
         familiarity: whether the readings look like those of faces that cover the pad, and how far they are from them;
             None if the weights do not say: they have no module "familiarity".
     """
 
     force: Array
     centre: Array
-    twist: Array
-    force_deviation: Array
-    magnitude_deviation: Array
+    torsion: Array
+    ratio_deviation: Array
+    pressing_deviation: Array
     familiarity: Familiarity | None = None
 
     @property
@@ -57,11 +57,11 @@ class GraspRecogniser(WrenchRecogniser[GraspResult]):
 
     def result(self, found: EstimatedWrenches, batch: tuple[int, ...]) -> GraspResult:
         """Convert estimated wrenches to a result with the batch axes of the readings."""
-        assert found.twist is not None
+        assert found.torsion is not None
         return GraspResult(
             found.force.reshape(*batch, 3),
             found.position.reshape(*batch, 2),
-            found.twist.reshape(batch),
+            found.torsion.reshape(batch),
             found.ratio_deviation.reshape(batch),
             found.pressing_deviation.reshape(batch),
             found.familiarity,
@@ -80,5 +80,5 @@ def grasp_targets(wrenches: Array) -> Array:
     force, moment = wrenches[:, :3], wrenches[:, 3:]
     pressing = -force[:, 2]
     centre = np.column_stack([-moment[:, 1], moment[:, 0]]) / force[:, 2:3]
-    twist = moment[:, 2] - (centre[:, 0] * force[:, 1] - centre[:, 1] * force[:, 0])
-    return np.column_stack([force[:, :2] / pressing[:, None], centre, twist / pressing, np.log(pressing)])
+    torsion = moment[:, 2] - (centre[:, 0] * force[:, 1] - centre[:, 1] * force[:, 0])
+    return np.column_stack([force[:, :2] / pressing[:, None], centre, torsion / pressing, np.log(pressing)])

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mjtactile._files import METADATA, check_arrays, check_header, with_checksums, write_atomically
+from mjtactile._files import METADATA, check_arrays, check_header, make_folder, with_checksums, write_atomically
 from mjtactile.errors import RecognitionError, of_type
 from mjtactile.pad import Pad
 from mjtactile.recognition.symmetry import NEEDED, is_symmetric
@@ -45,11 +45,11 @@ def write_weights(path: Path, arrays: dict[str, np.ndarray], metadata: dict[str,
     The metadata are plain values, among them "layers", the indices of the sensing layers that are used.
 
     Raises:
-        OSError: the file cannot be written.
+        OutputError: the file or its folder cannot be written.
     """
     from safetensors.numpy import save
 
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     about = {
         **metadata,
         "pad": pad.description,

@@ -24,7 +24,7 @@ class EstimatedWrenches:
     ratio: Array  #: tangential force along x and y over pressing force [-], (n, 2)
     position: Array  #: centre of pressure (x, y) [m], (n, 2)
     #: Moment about the pad's normal through the centre of pressure [N m], (n,); None if not estimated.
-    twist: Array | None
+    torsion: Array | None
     deviations: Array  #: standard deviations of the network's values, (n, values)
     familiarity: Familiarity | None  #: whether the readings look like what was taught; None if not known
 
@@ -85,10 +85,10 @@ class WrenchRecogniser(Generic[Result]):
         pressing = np.exp(values[:, -1]) * seen.size
         # Each mirror changes the sign of the torsional moment.
         flips = seen.mirrors.x ^ seen.mirrors.y ^ seen.mirrors.swapped
-        twist = np.where(flips, -1.0, 1.0) * values[:, 4] * pressing if values.shape[1] == 6 else None
+        torsion = np.where(flips, -1.0, 1.0) * values[:, 4] * pressing if values.shape[1] == 6 else None
         ratio, position = seen.mirrors.original(values[:, :2]), seen.mirrors.original(values[:, 2:4])
         familiarity = None if self.taught is None else self.taught(seen, batch)
-        return self.result(EstimatedWrenches(pressing, ratio, position, twist, deviations, familiarity), batch)
+        return self.result(EstimatedWrenches(pressing, ratio, position, torsion, deviations, familiarity), batch)
 
     def result(self, found: EstimatedWrenches, batch: tuple[int, ...]) -> Result:
         """Convert the estimates to the recogniser's result, with these batch axes."""

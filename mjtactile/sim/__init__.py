@@ -1,1 +1,1 @@
-"""MuJoCo: contact wrenches, geoms as shapes, footprints of bodies, models and scenes as MJCF, rendering."""
+"""MuJoCo: contact wrenches, geoms that are pads, models and scenes as MJCF, pictures."""

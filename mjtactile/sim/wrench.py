@@ -100,13 +100,15 @@ def contact_wrench(model: mujoco.MjModel, data: mujoco.MjData, pad_geom: int, fr
 def centre_of_pressure(wrench: Array, pad: Pad | None = None) -> Array:
     """Centre of pressure of a wrench on the sensing surface, pad frame [m], (3,); the origin if nothing presses.
 
-    The wrench's moment about this point is along the surface's normal.
+    The wrench's moment about this point is along the surface's normal. The centre of a wrench that is NaN is NaN.
 
     Args:
         wrench: force [N] and moment about the pad's origin [N m], pad frame, (6,).
         pad: gives the surface; the plane z = 0 if None.
     """
     _, _, fz, mx, my, _ = wrench
+    if np.isnan(wrench).any():
+        return np.full(3, np.nan)
     if not fz < -_LEAST_FORCE:
         return np.zeros(3)
     if pad is None or pad.surface.is_flat:

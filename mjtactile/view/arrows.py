@@ -27,7 +27,7 @@ def force_arrow(wrench: Array, length: float, pad: Pad | None = None) -> Array |
     return np.stack([tail, tail + arrow]) if np.linalg.norm(arrow) >= LEAST_LENGTH else None
 
 
-def twist_arrow(wrench: Array, length: float, pad: Pad | None = None) -> Array | None:
+def torsion_arrow(wrench: Array, length: float, pad: Pad | None = None) -> Array | None:
     """The moment about the surface's normal at the centre of pressure, as an arrow along the normal.
 
     Tail and head in the pad frame [m], (2, 3); None for a moment too small to be drawn.

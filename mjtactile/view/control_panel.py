@@ -95,15 +95,17 @@ class ControlPanel:
     def _add_arrow_lengths(self) -> None:
         gui, controls = self._server.gui, self._controls
         force = gui.add_slider("Arrows, mm/N", min=1.0, max=100.0, step=1.0, initial_value=1e3 * controls.force_length)
-        twist = gui.add_slider("Twist, mm/(N mm)", min=1.0, max=100.0, step=1.0, initial_value=controls.twist_length)
+        torsion = gui.add_slider(
+            "Torsion, mm/(N mm)", min=1.0, max=100.0, step=1.0, initial_value=controls.torsion_length
+        )
 
         @force.on_update
         def _(_: object) -> None:
             controls.force_length = force.value * 1e-3
 
-        @twist.on_update
+        @torsion.on_update
         def _(_: object) -> None:
-            controls.twist_length = twist.value
+            controls.torsion_length = torsion.value
 
     def _add_actuators(self, model: mujoco.MjModel) -> None:
         """A slider for every actuator that has a range."""

@@ -17,7 +17,7 @@ class Controls:
     replaying: bool = False  #: the recording is shown, and the simulation is paused
     speed: float = 1.0  #: simulated time over real time [-], for loops that use `Clock`
     force_length: float = 0.01  #: length of arrows per force [m/N]
-    twist_length: float = 5.0  #: length of arrows per moment [m/(N m)]
+    torsion_length: float = 5.0  #: length of arrows per moment [m/(N m)]
     #: New values by the actuator's id, not yet written to the simulation.
     controls: dict[int, float] = field(default_factory=dict)
     body: int | None = None  #: id of the body that is selected for dragging; None for none

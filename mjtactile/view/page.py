@@ -14,7 +14,7 @@ from mjviser import ViserMujocoScene
 
 from mjtactile._types import Array
 from mjtactile.sensor import TactileSensor
-from mjtactile.view.arrows import force_arrow, twist_arrow
+from mjtactile.view.arrows import force_arrow, torsion_arrow
 from mjtactile.view.control_panel import ControlPanel
 from mjtactile.view.controls import Controls
 from mjtactile.view.frame import Frame, ShownPad
@@ -25,7 +25,7 @@ from mjtactile.view.tiles import Tiles
 _HISTORY = 300
 #: Width of the panel with a pad's tiles [pixels].
 _PANEL_WIDTH = 430
-_FORCE_COLOUR, _TWIST_COLOUR, _OUTLINE_COLOUR = (220, 50, 40), (60, 90, 220), (255, 170, 0)
+_FORCE_COLOUR, _TORSION_COLOUR, _OUTLINE_COLOUR = (220, 50, 40), (60, 90, 220), (255, 170, 0)
 #: Colours of the pads' lines in the plot.
 _LINES = ("#d62728", "#1f77b4", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b", "#17becf", "#7f7f7f")
 #: Distance of the camera over the model's extent [-], its field of view [rad], and the direction to it.
@@ -117,7 +117,7 @@ class PadMarks:
         nothing = np.zeros((1, 2, 3), dtype=np.float32)
         thick: dict[str, Any] = {"shaft_radius": 0.05 * size, "head_radius": 0.12 * size, "head_length": 0.25 * size}
         self._force = scene.add_arrows(f"{root}/force", nothing, _FORCE_COLOUR, visible=False, **thick)
-        self._twist = scene.add_arrows(f"{root}/twist", nothing, _TWIST_COLOUR, visible=False, **thick)
+        self._torsion = scene.add_arrows(f"{root}/torsion", nothing, _TORSION_COLOUR, visible=False, **thick)
         self._outline = scene.add_line_segments(
             f"{root}/outline", nothing, _OUTLINE_COLOUR, thickness=0.02 * size, visible=False
         )
@@ -126,7 +126,7 @@ class PadMarks:
         """Update arrows and outline."""
         self._frame.position, self._frame.wxyz = pad.position, pad.quat
         _show_lines(self._force, _one(force_arrow(pad.wrench, controls.force_length, self._pad)))
-        _show_lines(self._twist, _one(twist_arrow(pad.wrench, controls.twist_length, self._pad)))
+        _show_lines(self._torsion, _one(torsion_arrow(pad.wrench, controls.torsion_length, self._pad)))
         height = self._pad.surface.height(pad.outline[..., 0], pad.outline[..., 1]) + _LIFT
         _show_lines(self._outline, np.concatenate([pad.outline, height[..., None]], axis=-1))
 

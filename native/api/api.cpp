@@ -117,8 +117,6 @@ void mjt_pad_set_foundation(mjt_pad* pad, size_t count, const double* areas, con
 
 void mjt_pad_free(mjt_pad* pad) { delete pad; }
 
-size_t mjt_pad_bytes(const mjt_pad* pad) { return pad->pad->bytes(); }
-
 void mjt_readings(const mjt_pad* pad, const double* forces, double* readings) {
   std::visit([&](const auto& maps) { read(maps.deviatoric, forces, readings); }, pad->pad->maps());
 }

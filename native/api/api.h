@@ -62,8 +62,6 @@ MJT_API void mjt_pad_set_class(mjt_pad* pad, int symmetry_class, size_t columns,
 /* Set the springs of law "foundation": logarithms of areas [m^2] and of stiffnesses per area [Pa/m]. */
 MJT_API void mjt_pad_set_foundation(mjt_pad* pad, size_t count, const double* areas, const double* stiffnesses);
 MJT_API void mjt_pad_free(mjt_pad* pad);
-/* Memory of the pad's matrices [bytes]. */
-MJT_API size_t mjt_pad_bytes(const mjt_pad* pad);
 
 /* Readings (taxels) [Pa] under nodal forces (nodes y, nodes x, 3) [N]. */
 MJT_API void mjt_readings(const mjt_pad* pad, const double* forces, double* readings);

@@ -297,7 +297,7 @@ def test_a_function_written_for_the_sheet_has_no_body_beside_it(dome):
     assert footprint.bounds[2] > east
     found = footprint.heights(np.array([[east - 1e-4, 0.0], [east + 1e-4, 0.0]]))
     assert found == pytest.approx([1e-2, np.inf])
-    with pytest.raises(FootprintError, match="the gap function is nan"):
+    with pytest.raises(FootprintError, match="the height function is nan"):
         Footprint.from_height(lambda x, y: np.where(x > 0.0, np.nan, rises(x, y)), dome.surface)
 
 

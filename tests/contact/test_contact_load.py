@@ -17,8 +17,9 @@ from nodal_integrals import nodal_integrals
 from numpy.typing import ArrayLike
 from shapely import LineString, MultiPolygon, Point, Polygon, affinity, box
 
-from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.contact_load import contact_load, contact_loads
 from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.wrench_basis import WrenchBasis
 from mjtactile.errors import ContactError, ContactWarning, FootprintError, InfluenceError, MjTactileError
 from mjtactile.fem.line import Line
 from mjtactile.fem.surface_grid import SurfaceGrid
@@ -191,6 +192,21 @@ def test_force_outside_the_hull_warns_and_leaves_the_rest(through):
     # The nearest it can carry: through the hull's edge, a thousandth of the side inside.
     carried_through = np.array([got_moment[1], -got_moment[0]]) / 1e-6
     np.testing.assert_allclose(carried_through, np.clip(through, -0.499 * SIDE, 0.499 * SIDE), atol=1e-6 * SIDE)
+
+
+@quietly
+@pytest.mark.parametrize("door", ["contact_load", "contact_loads", "readings", "load"])
+def test_warnings_point_at_the_line_that_called(door):
+    force, moment = (0, 0, -0.01), moment_of(np.array([0, 0, -0.01]), (6e-3, 0))
+    doors = {
+        "contact_load": lambda: contact_load(INFLUENCE, SQUARE, force, moment=moment),
+        "contact_loads": lambda: contact_loads(INFLUENCE, [SQUARE], [force], moments=[moment]),
+        "readings": lambda: WrenchBasis(INFLUENCE, SQUARE).readings(force, moment),
+        "load": lambda: WrenchBasis(INFLUENCE, SQUARE).load(force, moment),
+    }
+    with pytest.warns(ContactWarning) as heard:
+        doors[door]()
+    assert {one.filename for one in heard} == {__file__}
 
 
 @quietly

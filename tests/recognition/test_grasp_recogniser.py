@@ -32,12 +32,12 @@ def wrenches(count, seed):
     )
     force = pressing[:, None] * np.column_stack([ratio * np.cos(around), ratio * np.sin(around), -np.ones(count)])
     centre = np.column_stack([drawn.uniform(-2e-3, 2e-3, (count, 2)), np.zeros(count)])
-    twist = np.column_stack([np.zeros((count, 2)), pressing * drawn.uniform(-3e-3, 3e-3, count)])
-    return np.concatenate([force, np.cross(centre, force) + twist], axis=1), centre[:, :2], twist[:, 2]
+    torsion = np.column_stack([np.zeros((count, 2)), pressing * drawn.uniform(-3e-3, 3e-3, count)])
+    return np.concatenate([force, np.cross(centre, force) + torsion], axis=1), centre[:, :2], torsion[:, 2]
 
 
-def test_force_centre_and_twist_with_noise(basis, recognise):
-    wanted, centre, twist = wrenches(150, 5)
+def test_force_centre_and_torsion_with_noise(basis, recognise):
+    wanted, centre, torsion = wrenches(150, 5)
     readings = np.array([basis.readings(one[:3], one[3:]) for one in wanted])
     peaks = readings.max(axis=(1, 2, 3))[:, None, None, None]
     noise = np.random.default_rng(6).standard_normal(readings.shape)
@@ -46,7 +46,7 @@ def test_force_centre_and_twist_with_noise(basis, recognise):
     assert np.median(np.abs(found.pressing / pressing - 1.0)) < 0.01
     assert np.median(np.linalg.norm(found.force[:, :2] - wanted[:, :2], axis=1) / pressing) < 0.012
     assert np.median(np.linalg.norm(found.centre - centre, axis=1)) < 5e-5
-    assert np.median(np.abs(found.twist - twist) / pressing) < 8e-5
+    assert np.median(np.abs(found.torsion - torsion) / pressing) < 8e-5
     assert found.tangential == pytest.approx(np.hypot(*found.force[:, :2].T))
 
 
@@ -81,7 +81,7 @@ def test_mirrored_presses_get_mirrored_answers(basis, recognise, flip):
     found, image = recognise(readings), recognise(np.ascontiguousarray(seen))
     np.testing.assert_allclose(image.force[:2], mirror @ found.force[:2], atol=1e-5 * found.pressing)
     np.testing.assert_allclose(image.centre, mirror @ found.centre, atol=1e-8)
-    assert image.twist == pytest.approx(-found.twist, rel=1e-4)
+    assert image.torsion == pytest.approx(-found.torsion, rel=1e-4)
 
 
 def test_what_it_cannot_do_is_said():

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from pad_contacts import wrenches_by_body, wrenches_by_geom
 
 from mjtactile.errors import SceneError
-from mjtactile.sim.wrench import PadFrame, contact_wrench, geom_frame, site_frame
+from mjtactile.sim.wrench import PadFrame, centre_of_pressure, contact_wrench, geom_frame, site_frame
 
 PAD_GEOM = 'name="pad" type="box" size="0.0075 0.0075 0.0025" pos="0 0 -0.0025"'
 SPHERE = '<geom type="sphere" size="0.004" mass="0.01"/>'
@@ -209,3 +209,9 @@ def test_only_boxes_and_meshes_say_where_a_pad_senses():
     mujoco.mj_forward(model, data)
     with pytest.raises(SceneError, match=r"'dome' is neither a box nor a mesh.*pass site_frame"):
         contact_wrench(model, data, 0)
+
+
+def test_the_centre_of_a_wrench_that_is_not_known_is_not_known():
+    assert np.isnan(centre_of_pressure(np.full(6, np.nan))).all()
+    assert centre_of_pressure(np.zeros(6)).tolist() == [0.0, 0.0, 0.0]
+    np.testing.assert_allclose(centre_of_pressure(np.array([0.0, 0.0, -2.0, -0.002, 0.004, 0.0])), [2e-3, 1e-3, 0.0])

@@ -168,3 +168,49 @@ def test_readings_are_those_of_the_dense_contact(name):
     found = compare(model, data, cells=cells)
     assert found.dense.readings.max() > 1e3
     assert found.error <= bound, f"{100 * found.error:.1f} %"
+
+
+def at_rest(geom: str, height: float, turned: tuple[float, float, float], fidelity: str) -> tuple[np.ndarray, float]:
+    """Readings [Pa] under a body that moves down from a height [m], and the share of its weight that they carry [-]."""
+    spec = mujoco.MjSpec.from_string(
+        f"""<mujoco>
+              <compiler angle="radian"/>
+              <option timestep=".001" cone="elliptic" integrator="implicitfast"/>
+              <worldbody>
+                <body name="finger"/>
+                <body pos=".0004 .0009 {height}" euler="{" ".join(map(str, turned))}">
+                  <joint type="slide" axis="0 0 1"/>{geom}
+                </body>
+              </worldbody>
+            </mujoco>"""
+    )
+    mjtactile.attach_pad(spec, body="finger", name="touch", fidelity=fidelity, output="von_mises wrench carried")
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 500)
+    readings, wrench, carried = np.split(data.sensor("touch").data, [-12, -6])
+    return readings, carried[2] / wrench[2]
+
+
+@pytest.mark.parametrize("fidelity", ["fast", "balanced"])
+@pytest.mark.parametrize(
+    ("length", "diameter", "yaw"),
+    [(8e-3, 100e-6, 0.0), (8e-3, 100e-6, 0.02), (20e-3, 300e-6, 0.0), (20e-3, 60e-6, 0.01)],
+)
+def test_a_thin_wire_is_read_as_a_rod(length, diameter, yaw, fidelity):
+    def lying(radius: float) -> str:
+        return f'<geom type="capsule" size="{radius} {length / 2}" euler="0 1.5707963267948966 0" mass=".004"/>'
+
+    wire, carried = at_rest(lying(diameter / 2), diameter / 2, (0.0, 0.0, yaw), fidelity)
+    rod, _ = at_rest(lying(length / 20), length / 20, (0.0, 0.0, yaw), fidelity)
+    assert carried == pytest.approx(1.0)
+    # The rod's contact is wider, but narrow as well for taxels at 1 mm depth.
+    assert np.linalg.norm(wire - rod) <= 0.1 * np.linalg.norm(rod)
+
+
+def test_cells_that_are_too_few_to_bear_the_load_are_not_chosen():
+    """One end of a box's edge presses. Fewer cells have less energy, because they bear less."""
+    for force in np.linspace(0.03, 0.0345, 10):
+        box = f'<geom type="box" size=".003 .005 .003" euler="0 .7853981633974483 0" mass="{force / 9.81}"/>'
+        _, carried = at_rest(box, 4.3e-3, (0.01, 0.005, 0.2), "fast")
+        assert carried == pytest.approx(1.0), force

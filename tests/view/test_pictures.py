@@ -16,7 +16,7 @@ from mjtactile.pad import Pad
 from mjtactile.pad_shape.surfaces import SphereCap
 from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.sim.wrench import centre_of_pressure
-from mjtactile.view.arrows import force_arrow, twist_arrow
+from mjtactile.view.arrows import force_arrow, torsion_arrow
 from mjtactile.view.frame import Frame, pads_of, take_frame
 from mjtactile.view.heat_map import LEAST_SCALE, Scale, heat_map, heat_map_html, palette
 from mjtactile.view.tiles import Tiles
@@ -124,7 +124,7 @@ def test_the_centre_of_pressure_lies_on_a_curved_surface():
     arrow = force_arrow(wrench, 0.01, pad)
     assert arrow is not None
     np.testing.assert_allclose(arrow, [place, place + 0.01 * force], atol=1e-9)
-    assert twist_arrow(wrench, 5.0, pad) is None
+    assert torsion_arrow(wrench, 5.0, pad) is None
 
 
 @pytest.mark.parametrize("name", list(CURVED))
@@ -139,9 +139,9 @@ def test_about_the_centre_of_pressure_a_wrench_turns_along_the_normal(name):
         wrench = np.concatenate([force, np.cross(place, force) + 2e-3 * normal])
         # A patch is bicubic in the core.
         np.testing.assert_allclose(centre_of_pressure(wrench, pad), place, atol=1e-9)
-        twist = twist_arrow(wrench, 5.0, pad)
-        assert twist is not None
-        np.testing.assert_allclose(twist[1] - twist[0], 1e-2 * normal, atol=1e-7)
+        torsion = torsion_arrow(wrench, 5.0, pad)
+        assert torsion is not None
+        np.testing.assert_allclose(torsion[1] - torsion[0], 1e-2 * normal, atol=1e-7)
 
 
 def test_the_centre_of_pressure_stays_on_the_pad():
@@ -156,14 +156,14 @@ def test_the_centre_of_pressure_stays_on_the_pad():
     assert np.array_equal(centre_of_pressure(over, pad), np.zeros(3))
 
 
-def test_the_centre_of_pressure_and_the_twist_about_it():
-    place, force, twist = np.array([2e-3, -1e-3, 0.0]), np.array([0.3, 0.2, -2.0]), 4e-3
-    wrench = np.concatenate([force, np.cross(place, force) + np.array([0.0, 0.0, twist])])
+def test_the_centre_of_pressure_and_the_torsion_about_it():
+    place, force, torsion = np.array([2e-3, -1e-3, 0.0]), np.array([0.3, 0.2, -2.0]), 4e-3
+    wrench = np.concatenate([force, np.cross(place, force) + np.array([0.0, 0.0, torsion])])
     assert np.allclose(centre_of_pressure(wrench), place)
-    arrow = twist_arrow(wrench, 5.0)
+    arrow = torsion_arrow(wrench, 5.0)
     assert arrow is not None
-    assert np.allclose(arrow, [place, place + np.array([0.0, 0.0, 5.0 * twist])])
-    assert twist_arrow(np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0]), 5.0) is None
+    assert np.allclose(arrow, [place, place + np.array([0.0, 0.0, 5.0 * torsion])])
+    assert torsion_arrow(np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0]), 5.0) is None
     assert np.array_equal(centre_of_pressure(np.array([0.0, 0.0, 1.0, 1.0, 1.0, 0.0])), np.zeros(3))
 
 

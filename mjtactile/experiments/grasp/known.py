@@ -21,7 +21,7 @@ class PadLoads:
     pressing: Array  #: force into the pad [N], (pads,)
     tangential: Array  #: force along the pad's x and y [N], (pads, 2)
     centre: Array  #: centre of pressure (x, y) [m], (pads, 2)
-    twist: Array  #: moment about the pad's normal through the centre of pressure [N m], (pads,)
+    torsion: Array  #: moment about the pad's normal through the centre of pressure [N m], (pads,)
     #: Readings with noise [Pa], (pads, layers, rows, columns); None if the pads were not read.
     readings: Array | None = None
 
@@ -37,7 +37,7 @@ class PadLoads:
     def turn(self) -> float:
         """Sum of the moments on the pads about the line between their centres [N m]."""
         x, y = self.centre.T
-        about_middle = self.twist + x * self.tangential[:, 1] - y * self.tangential[:, 0]
+        about_middle = self.torsion + x * self.tangential[:, 1] - y * self.tangential[:, 0]
         return float((about_middle * _ALONG[:, 0]).sum())
 
     @property

@@ -67,7 +67,7 @@ class RecognisedTouch:
             found = self._recogniser(readings[touched])
             felt.pressing[touched], felt.tangential[touched] = -found.force[:, 2], found.force[:, :2]
             if isinstance(found, GraspResult):
-                felt.centre[touched], felt.twist[touched] = found.centre, found.twist
+                felt.centre[touched], felt.torsion[touched] = found.centre, found.torsion
             else:
                 felt.centre[touched] = found.position
         return felt
@@ -87,7 +87,7 @@ class TrueTouch:
             targets = grasp_targets(wrenches[touched])
             felt.pressing[touched], felt.tangential[touched] = -wrenches[touched, 2], wrenches[touched, :2]
             felt.centre[touched] = targets[:, 2:4]
-            felt.twist[touched] = -targets[:, 4] * wrenches[touched, 2]
+            felt.torsion[touched] = -targets[:, 4] * wrenches[touched, 2]
         return felt
 
 

@@ -29,6 +29,9 @@ constexpr double kReached = 2.5;
 // A part is long if its standard deviation along is more than this multiple of that across. The value is not a ratio
 // that small counts of samples can have, so that rounding does not decide.
 constexpr double kElongated = 1.503;
+// A part of one row of points, no wider than this over their distance, ends next to it. If it were looked at as far
+// beyond as it is looked at along, one row would see it again, as of a thin wire.
+constexpr double kOneRow = 1.503;
 // A load within this distance of a spring acts on it, over the length of the sampled area.
 constexpr double kOnSpring = 1e-6;
 // A load may pass beside the parts by this, over the extent: forces on the sheet's rim do by rounding.
@@ -381,6 +384,14 @@ Region ContactSearch::region_under(const Part& part, double level, double& area,
   return region_about(chosen_, sides, part.region.angle, *map_);
 }
 
+// How far the points of a part are from one another along a region's sides [m]. The part ends somewhere between the last
+// point below the level and the next one.
+Point ContactSearch::end_of(const Part& part, const Region& region) {
+  const double c = std::abs(std::cos(region.angle - part.region.angle));
+  const double s = std::abs(std::sin(region.angle - part.region.angle));
+  return {c * part.width() + s * part.height(), s * part.width() + c * part.height()};
+}
+
 const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& plane, const SearchLoad& load) {
   map_ = &map;
   spots_.clear();
@@ -398,10 +409,11 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
       Part& part = parts_[k];
       const Region region = region_under(part, level_, area, count);
       if (count == 0 || count >= kEnough) continue;
-      const double margin = std::max(part.width(), part.height());
+      const Point end = end_of(part, region);
+      const double wide = std::max(part.width(), part.height());
       part.region = region;
-      part.region.width += 2.0 * margin;
-      part.region.height += 2.0 * margin;
+      part.region.width += 2.0 * (region.width < kOneRow * end.x ? end.x : wide);
+      part.region.height += 2.0 * (region.height < kOneRow * end.y ? end.y : wide);
       look_closer(map, plane, part);
       closer = true;
     }
@@ -416,11 +428,9 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
     if (count == 0) level *= kReached, region = region_under(part, level, area, count);
     if (count == 0) continue;
     reached_ = std::max(reached_, level);
-    // The part ends somewhere between the last point below the level and the next one.
-    const double c = std::abs(std::cos(region.angle - part.region.angle));
-    const double s = std::abs(std::sin(region.angle - part.region.angle));
-    region.width += c * part.width() + s * part.height();
-    region.height += s * part.width() + c * part.height();
+    const Point margin = end_of(part, region);
+    region.width += margin.x;
+    region.height += margin.y;
     Below below = {level};
     add_below(part, below);
     spots_.push_back({region, area, kRound * below.perimeter / 2});

@@ -164,6 +164,7 @@ class ContactSearch {
   double level_for(const SearchLoad& load, double least_area, double highest);
   Region region_under(const Part& part, double level, double& area, std::size_t& count);
   Point point_of(const Part& part, std::size_t place) const;
+  static Point end_of(const Part& part, const Region& region);
 
   // Height of a point of the body over a plane and its lowest point [m].
   double over(const Plane& plane, const Point& at, double height) const { return height - plane(at.x, at.y) - lowest_; }

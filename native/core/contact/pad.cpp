@@ -52,7 +52,7 @@ void add_layer_to(StressMap<Value>& map, const AveragingRows& rows) {
 
 Pad::Pad(SurfaceGrid surface, Precision precision, const CornerSpread* corners)
     : surface_(std::move(surface)), precision_(precision) {
-  if (precision == Precision::twofold) maps_.emplace<Maps<double>>();
+  if (precision == Precision::double_precision) maps_.emplace<Maps<double>>();
   std::visit([&](auto& maps) {
     maps.mean.coordinates = 1;
     for (auto* map : {&maps.deviatoric, &maps.mean}) {
@@ -84,10 +84,6 @@ void Pad::set_class(std::size_t c, std::size_t count, const std::int32_t* column
   has_mean_ = has_mean_ || mean;
   std::visit([&](auto& maps) { set_class_of(mean ? maps.mean : maps.deviatoric, c, count, columns, signs, layers); },
              maps_);
-}
-
-std::size_t Pad::bytes() const {
-  return std::visit([](const auto& maps) { return maps.deviatoric.bytes() + maps.mean.bytes(); }, maps_);
 }
 
 template <typename Value>

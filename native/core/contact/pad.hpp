@@ -90,7 +90,6 @@ class Pad {
   double depth() const { return range_.depth; }
   std::size_t layers() const { return stored_.size(); }
   std::size_t taxels() const { return taxels_; }
-  std::size_t bytes() const;
   Precision precision() const { return precision_; }
   // Whether whole stress tensors can be computed.
   bool has_mean() const { return has_mean_; }

@@ -298,7 +298,7 @@ Columns<Value> PadSensor::responses_to_parts(const CellContact& contact, const F
   const Precision stored = pad_->precision() == Precision::byte ? Precision::half : pad_->precision();
   Columns<Value> responses(contact.parts(), map.response_size, stored);
   std::vector<Value> response(map.response_size);
-  std::vector<double> twofold(map.response_size);
+  std::vector<double> widened(map.response_size);
   part_forces_.resize(3 * face.cells());
   for (std::size_t p = 0; p < contact.parts(); ++p) {
     contact.part_forces(face, p, part_forces_.data());
@@ -306,8 +306,8 @@ Columns<Value> PadSensor::responses_to_parts(const CellContact& contact, const F
                             forces_.data());
     std::fill(response.begin(), response.end(), Value(0));
     map.add_response(forces_.data(), own.workspace, response.data());
-    std::copy(response.begin(), response.end(), twofold.begin());
-    responses.set(p, twofold.data());
+    std::copy(response.begin(), response.end(), widened.begin());
+    responses.set(p, widened.data());
   }
   return responses;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "linalg/angles.hpp"
@@ -22,6 +23,7 @@ constexpr double kEnergyMargin = 0.04, kFineEnergyMargin = 0.005;
 constexpr std::size_t kManyCells = 100;
 constexpr double kOverlooking = 0.15;    // what is added for a part that is overlooked, because few cells may tell too
                                          // little energy
+constexpr double kLacking = 1e-3;        // shares of the load that are not borne and differ by less count as equal
 constexpr double kMissed = 0.01;         // a contact misses the load if its centre of pressure is farther from it than
                                          // this, over the contact's size
 constexpr double kInside = 1e-12;        // least distance from the hull's rim at which a point lies inside [m]
@@ -585,10 +587,14 @@ double PatchPress::missed(const SearchLoad& load) const {
 PatchPress::Merit PatchPress::merit(const SearchLoad& load, const NextPart& next, const LawOptions& options) const {
   if (!options.tilting || !options.law->couples()) return {};
   const double elastic = laid_.contact().energy(), overlooked = next.share < 1.0 ? kOverlooking * elastic : 0.0;
-  return {missed(load), laid_.energy(load.force) + overlooked, elastic};
+  const std::vector<double>& areas = laid_.face().areas;
+  const double borne = options.strength * std::accumulate(areas.begin(), areas.end(), 0.0);
+  const double lacks = options.strength > 0.0 ? std::max(1.0 - borne / load.force, 0.0) : 0.0;
+  return {lacks, missed(load), laid_.energy(load.force) + overlooked, elastic};
 }
 
 bool PatchPress::is_worse(const Merit& one, const Merit& other, double margin) {
+  if (std::abs(one.lacks - other.lacks) > kLacking) return one.lacks > other.lacks;
   if (one.missed > 0.0 || other.missed > 0.0) return one.missed > (1.0 + kMissed) * other.missed;
   return one.energy > other.energy + margin * one.elastic;
 }
@@ -649,75 +655,93 @@ Plane PatchPress::seen_plane() const {
 // Find the next view. False if the contact agrees with the view: it is not deeper than the cells are high, enough cells
 // press, and the body does not tilt.
 bool PatchPress::next_view(const Merit& found, const NextPart& next, const LawOptions& options, Viewpoint& view) const {
-  const double* slopes = laid_.contact().slopes();
-  std::size_t pressed = 0;
-  for (const std::uint8_t one : laid_.pressed()) pressed += one;
-  const double depth = depth_of_tilts(), lift = laid_.lifted(slopes);
-  const bool beyond = laid_.goes_beyond(), ends = laid_.ends_early();
-  const double touched = laid_.touched_height(options.tilting), touching = kTouchMargin * touched;
-  // Where the contact carries the load, a small tilt or that of a narrow strip needs no other look, unless another part
-  // touches during the tilt.
   const bool carries = found.missed == 0.0;
-  const double leans = std::hypot(slopes[0], slopes[1]);
-  const bool narrow = carries && lift <= kNarrow * options.narrowest * leans;
-  const bool touches = carries && next.share < 1.0;
-  const double small = along_ridges() ? kSmallTiltOfStrips : kSmallTilt;
-  const bool tilted = touches || (lift > small * depth && !narrow);
+  if (tilts(carries, next, options)) return tilt_view(carries, next, options, view);
+  return raise_cells(view) || find_other_parts(view) || drop_needless_cells(options, view) || raise_ends(options, view);
+}
+
+// Whether the body tilts. Where the contact carries the load, a small tilt or that of a narrow strip needs no other
+// look, unless another part touches during the tilt.
+bool PatchPress::tilts(bool carries, const NextPart& next, const LawOptions& options) const {
+  if (carries && next.share < 1.0) return true;
+  const double* slopes = laid_.contact().slopes();
+  const double lift = laid_.lifted(slopes);
+  if (carries && lift <= kNarrow * options.narrowest * std::hypot(slopes[0], slopes[1])) return false;
+  return lift > (along_ridges() ? kSmallTiltOfStrips : kSmallTilt) * depth_of_tilts();
+}
+
+// Tilt the view as the body does, or less. False if the body falls over: no tilt within the largest slope carries the
+// load.
+bool PatchPress::tilt_view(bool carries, const NextPart& next, const LawOptions& options, Viewpoint& view) const {
+  const double* slopes = laid_.contact().slopes();
+  const double rolling = secant_share(slopes, view.last_tilt);
+  // The tilt ends at the next part that touches. A part that was searched for before is not apart from the others.
+  const bool searched = carries && kTouchMargin * next.height <= view.spot_height;
+  const double share = std::min(rolling, searched ? std::max(next.share, kLeastShare) : next.share);
+  std::copy(slopes, slopes + 2, view.last_tilt);
+  const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
+  const double slope = std::hypot(to[0], to[1]);
+  if (slope > kMostSlope && std::hypot(view.plane.slopes[0], view.plane.slopes[1]) > kNearlyFallen * kMostSlope) {
+    return false;
+  }
+  const double least_share = std::min(1.0, kMostSlope / slope);
+  for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
+  const double touched = laid_.touched_height(options.tilting);
+  if (laid_.contact().exact()) view.most_height = laid_.goes_beyond() ? 0.0 : touched;
+  view.least_height = laid_.ends_early() ? kTouchMargin * touched : 0.0;
+  view.end_height = view.spot_end = 0.0;
+  // If there is one spot that fills its rectangle, no part of the body is outside it.
+  const bool open = any_is_open(spots_);
+  const double share_of_depth = open && along_ridges() ? kTiltedShareOfRings : kTiltedShare;
+  view.spot_height = spots_.size() > 1 || open ? share_of_depth * laid_.contact().indentation() : 0.0;
+  if ((carries && next.share < 1.0) || share < rolling) {
+    view.spot_height = std::max(view.spot_height, kTouchMargin * next.height);
+    if (view.most_height > 0.0) view.most_height = std::max(view.most_height, view.spot_height);
+  }
+  return true;
+}
+
+// Lay cells higher if the contact is so deep that parts above the cells touch as well. Cells along ridges are as wide
+// as the contact, which is deeper than they are high.
+bool PatchPress::raise_cells(Viewpoint& view) const {
+  const double deep = laid_.contact().indentation(), high = laid_.view().highest;
+  if (!(search_.level() > 0.0) || along_ridges() || !(deep > kTooDeep * high)) return false;
+  if (!(view.height_factor < kMostHeightFactor)) return false;
+  const double deeper = std::min(kShareOfDepth * deep / high, kMostHigher);
+  view.height_factor = std::min(view.height_factor * deeper, kMostHeightFactor);
+  return true;
+}
+
+// Gather spots up to the height to which the body sinks in, if other parts of it are that low.
+bool PatchPress::find_other_parts(Viewpoint& view) const {
+  const double lowered = laid_.contact().lowered();
+  if (!(view.spot_height < lowered) || !reaches_other_part()) return false;
+  view.spot_height = kTouchMargin * lowered;
+  return true;
+}
+
+// End the cells at the height to which the body sinks in, if too few of them press.
+bool PatchPress::drop_needless_cells(const LawOptions& options, Viewpoint& view) const {
+  if (!(search_.level() > 0.0) || along_ridges()) return false;
   const LaidLower& lower = options.tilting ? kLaidLowerTilting : kLaidLowerUpright;
-  const bool few = static_cast<double>(pressed) < lower.pressed * static_cast<double>(laid_.count());
-  if (tilted) {
-    const double rolling = secant_share(slopes, view.last_tilt);
-    // The tilt ends at the next part that touches. A part that was searched for before is not apart from the others.
-    const bool searched = carries && kTouchMargin * next.height <= view.spot_height;
-    const double share = std::min(rolling, searched ? std::max(next.share, kLeastShare) : next.share);
-    std::copy(slopes, slopes + 2, view.last_tilt);
-    const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
-    const double slope = std::hypot(to[0], to[1]);
-    // The body falls over: no tilt within the largest slope carries the load.
-    if (slope > kMostSlope && std::hypot(view.plane.slopes[0], view.plane.slopes[1]) > kNearlyFallen * kMostSlope) {
-      return false;
-    }
-    const double least_share = std::min(1.0, kMostSlope / slope);
-    for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
-    if (laid_.contact().exact()) view.most_height = beyond ? 0.0 : touched;
-    view.least_height = ends ? touching : 0.0;
-    view.end_height = view.spot_end = 0.0;
-    // If there is one spot that fills its rectangle, no part of the body is outside it.
-    const bool open = any_is_open(spots_);
-    const double share_of_depth = open && along_ridges() ? kTiltedShareOfRings : kTiltedShare;
-    view.spot_height = spots_.size() > 1 || open ? share_of_depth * laid_.contact().indentation() : 0.0;
-    if (touches || share < rolling) {
-      view.spot_height = std::max(view.spot_height, kTouchMargin * next.height);
-      if (view.most_height > 0.0) view.most_height = std::max(view.most_height, view.spot_height);
-    }
-    return true;
-  }
-  // Cells along ridges are as wide as the contact, which is deeper than they are high.
-  const bool strips = along_ridges();
-  if (search_.level() > 0.0 && !strips && laid_.contact().indentation() > kTooDeep * laid_.view().highest &&
-      view.height_factor < kMostHeightFactor) {
-    // The contact is so deep that parts above the cells touch as well.
-    const double deeper = kShareOfDepth * laid_.contact().indentation() / laid_.view().highest;
-    view.height_factor = std::min(view.height_factor * std::min(deeper, kMostHigher), kMostHeightFactor);
-    return true;
-  }
-  if (view.spot_height < laid_.contact().lowered() && reaches_other_part()) {
-    view.spot_height = kTouchMargin * laid_.contact().lowered();
-    return true;
-  }
-  // Cells above the height to which the body sinks in are not needed.
-  if (few && search_.level() > 0.0 && !strips && touching < lower.height * laid_.view().highest) {
-    view.end_height = touching;
-    // Spots up to a level above the contact's end may hold several places where the body touches.
-    if (search_.level() > touching) view.spot_end = touching;
-    return true;
-  }
-  // Cells that were laid up to the contact's end, with its margin, go up to it unless the body touches above them.
-  if (ends && (view.least_height > 0.0 ? touched : touching) > laid_.view().highest) {
-    view.least_height = touching;
-    return true;
-  }
-  return false;
+  const auto pressed = static_cast<double>(std::count(laid_.pressed().begin(), laid_.pressed().end(), 1));
+  const double touching = kTouchMargin * laid_.touched_height(options.tilting);
+  if (!(pressed < lower.pressed * static_cast<double>(laid_.count()))) return false;
+  if (!(touching < lower.height * laid_.view().highest)) return false;
+  view.end_height = touching;
+  // Spots up to a level above the contact's end may hold several places where the body touches.
+  if (search_.level() > touching) view.spot_end = touching;
+  return true;
+}
+
+// Lay cells up to the contact's end, with its margin, if they end before it. Those that were laid so before go up to
+// it unless the body touches above them.
+bool PatchPress::raise_ends(const LawOptions& options, Viewpoint& view) const {
+  if (!laid_.ends_early()) return false;
+  const double touched = laid_.touched_height(options.tilting), touching = kTouchMargin * touched;
+  if (!((view.least_height > 0.0 ? touched : touching) > laid_.view().highest)) return false;
+  view.least_height = touching;
+  return true;
 }
 
 }  // namespace mjtactile

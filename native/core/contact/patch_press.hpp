@@ -90,6 +90,7 @@ class PatchPress {
   };
   // Measures by which contacts of different looks are compared; all 0 if they are not compared.
   struct Merit {
+    double lacks;     // share of the load that the cells are too few to bear [-]
     double missed;    // distance of the centre of pressure from the load [m]
     double energy;    // see LaidCells; more if the body tilts onto a part that has no cells [J]
     double elastic;   // elastic energy of the surface alone [J]
@@ -109,7 +110,7 @@ class PatchPress {
     Viewpoint view;                    // the last one
     Viewpoint best;                    // the view that gave the best contact so far
     Viewpoint onward;                  // the view to which the best contact leads
-    Merit best_merit = {kNowhere, 0.0, 0.0};   // merit of the best contact
+    Merit best_merit = {kNowhere, kNowhere, 0.0, 0.0};   // merit of the best contact
     double too_far[2] = {0.0, 0.0};   // slopes of the last view whose tilt was too large [-]
     bool turned_back = false;     // whether there was one
     int steps_back = 0;           // number of steps back from it since the best view was found
@@ -164,6 +165,12 @@ class PatchPress {
   void widen_regions(double factor) const;
   Plane seen_plane() const;
   bool next_view(const Merit& found, const NextPart& next, const LawOptions& options, Viewpoint& view) const;
+  bool tilts(bool carries, const NextPart& next, const LawOptions& options) const;
+  bool tilt_view(bool carries, const NextPart& next, const LawOptions& options, Viewpoint& view) const;
+  bool raise_cells(Viewpoint& view) const;
+  bool find_other_parts(Viewpoint& view) const;
+  bool drop_needless_cells(const LawOptions& options, Viewpoint& view) const;
+  bool raise_ends(const LawOptions& options, Viewpoint& view) const;
   // Distance of the centre of pressure from the load [m]; 0 if it is too small for taxels to resolve.
   double missed(const SearchLoad& load) const;
   Merit merit(const SearchLoad& load, const NextPart& next, const LawOptions& options) const;

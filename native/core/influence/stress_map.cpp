@@ -18,12 +18,12 @@ constexpr int kTopExponent = 15;       // exponent of a scaled column's largest 
 constexpr double kNegligible = 1.0 / 16.0;
 
 // The kernel for numbers of a type.
-template <typename Value, typename Single, typename Twofold>
-auto of_type(Single single, Twofold twofold) {
+template <typename Value, typename Single, typename Double>
+auto of_type(Single single, Double double_precision) {
   if constexpr (std::is_same_v<Value, float>) {
     return single;
   } else {
-    return twofold;
+    return double_precision;
   }
 }
 
@@ -329,17 +329,6 @@ void StressMap<Value>::means(const Value* response, const bool odd[][2], double*
       ++taxel;
     }
   }
-}
-
-template <typename Value>
-std::size_t StressMap<Value>::bytes() const {
-  std::size_t sum = 0;
-  for (const Class& of_class : classes) {
-    for (const auto& layer : of_class.factors) {
-      for (const auto& factor : layer) sum += factor.bytes();
-    }
-  }
-  return sum;
 }
 
 template class Columns<float>;

@@ -22,8 +22,8 @@ constexpr std::size_t kClasses = 4;     // largest number of symmetry classes
 constexpr std::size_t kDeviatoric = 5;  // coordinates of deviatoric stress; their norm is the von Mises stress
 constexpr std::size_t kTensor = 6;      // components xx, yy, zz, xy, yz, zx of a stress tensor
 
-// Storage of the matrices' numbers; `twofold` is double precision.
-enum class Precision { half, single, twofold, byte };
+// Storage of the matrices' numbers.
+enum class Precision { half, single, double_precision, byte };
 
 // A matrix stored column by column. Columns in half precision and in bytes have a scale each. It owns its memory.
 // `Value`: type of the sums.
@@ -119,7 +119,6 @@ class StressMap {
   // Means of the stress over each taxel's sample points (coordinates, taxels) [Pa]. `odd`: for each coordinate, whether
   // it changes its sign under x -> -x and under y -> -y.
   void means(const Value* response, const bool odd[][2], double* means) const;
-  std::size_t bytes() const;
   std::size_t class_count() const { return (mirrored[0] ? 2u : 1u) * (mirrored[1] ? 2u : 1u); }
   // Number of nodes in the quarter along an axis (0: x, 1: y) with `nodes` nodes in all.
   std::size_t part(std::size_t nodes, int axis) const { return mirrored[axis] ? nodes / 2 + 1 : nodes; }

@@ -26,7 +26,8 @@ struct LawOptions {
 
   bool operator==(const LawOptions& other) const {
     return law == other.law && tangential == other.tangential && tilting == other.tilting &&
-           friction == other.friction && cells == other.cells && widest == other.widest && strength == other.strength;
+           friction == other.friction && cells == other.cells && widest == other.widest && strength == other.strength &&
+           facing_gap == other.facing_gap && narrowest == other.narrowest && any_torsion == other.any_torsion;
   }
 };
 
