@@ -128,7 +128,7 @@ def unfold_field(classes: list[Array], mirrors: MirrorPlanes) -> Array:
 
 
 def unfold_points(classes: Array, odd_in_x: Mask, odd_in_y: Mask, mirrors: MirrorPlanes) -> Array:
-    """Stress coordinates at points in all quadrants from their values in each class at the folded points.
+    """Stress coordinates at points in all mirror images of the quarter, from those of each class at the folded points.
 
     Args:
         classes: (batch, classes, folded points * coordinates).
@@ -153,7 +153,7 @@ class FoldedPoints:
     positions: Array  #: distinct folded positions [m], shape (folded points, 3)
     index: np.ndarray  #: for each original point, its folded point, shape (points,)
     #: For each original point, the index of its mirror image in `MirrorPlanes.images`, shape (points,).
-    quadrant: np.ndarray
+    image: np.ndarray
 
 
 def fold_points(positions: Array, resolution: float, mirrors: MirrorPlanes) -> FoldedPoints:
@@ -164,5 +164,5 @@ def fold_points(positions: Array, resolution: float, mirrors: MirrorPlanes) -> F
     folded = np.round(folded / resolution) * resolution
     distinct, index = np.unique(folded, axis=0, return_inverse=True)
     beyond = (positions < -resolution) & mirrored
-    quadrant = beyond[:, 0].astype(int) + (2 if mirrors.x else 1) * beyond[:, 1]
-    return FoldedPoints(distinct, index.ravel(), quadrant)
+    image = beyond[:, 0].astype(int) + (2 if mirrors.x else 1) * beyond[:, 1]
+    return FoldedPoints(distinct, index.ravel(), image)

@@ -75,7 +75,7 @@ def folded_sampling(pad: Pad, positions: Array, weights: Array, taxels: Indices)
     """
     mirrors = MirrorPlanes(*pad.surface.mirrors)
     folded = fold_points(positions, LENGTH_TOLERANCE * pad.sampling_radius, mirrors)
-    columns = folded.quadrant * len(folded.positions) + folded.index
+    columns = folded.image * len(folded.positions) + folded.index
     shape = (int(taxels.max(initial=-1)) + 1, len(mirrors.images) * len(folded.positions))
     return Sampling(folded.positions, sparse.csr_array((weights, (taxels, columns)), shape=shape)), folded
 

@@ -115,8 +115,8 @@ def _add_layer(pad: CorePad, influence: PadTables, sensing_layer: int, order: In
     average: Any = influence.averages[sensing_layer]
     place = np.empty_like(order)
     place[order] = np.arange(len(order))
-    quadrant, point = np.divmod(average.indices, len(order))
-    starts, places = average.indptr.astype(np.int32), (quadrant * len(order) + place[point]).astype(np.int32)
+    image, point = np.divmod(average.indices, len(order))
+    starts, places = average.indptr.astype(np.int32), (image * len(order) + place[point]).astype(np.int32)
     weights = contiguous(average.data)
     library().mjt_pad_add_layer(
         pad.handle,

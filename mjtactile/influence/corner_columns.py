@@ -32,7 +32,7 @@ _UNFELT = 1e-9
 
 
 class CornerColumns:
-    """Columns of the corners from those of all nodes, for each class; of the whole matrices, pad and fidelity are used.
+    """Columns of the corners from those of all nodes, for each class. Only pad and fidelity of `whole` are used.
 
     Raises:
         PresetError: the mesh has an odd number of elements along an axis.

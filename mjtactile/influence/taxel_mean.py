@@ -51,7 +51,7 @@ class LayerMeans:
         # Parts that mirrors map onto each other are represented by one of them.
         _, chosen = np.unique(folded.index, return_index=True)
         self._rows = parts.rows[chosen]
-        self._home = folded.quadrant[chosen]  # the mirror image in which each of them lies
+        self._home = folded.image[chosen]  # the mirror image in which each of them lies
 
     def averaged(self, matrix: npt.NDArray[np.floating], number: int, odd: Sequence[Mask]) -> npt.NDArray[np.floating]:
         """A class's matrix for the averaged points (columns, folded parts * coordinates).
@@ -68,9 +68,9 @@ class LayerMeans:
         by_point = matrix.reshape(len(matrix), points, width)
         averaged = np.zeros((len(matrix), len(home), width), matrix.dtype)
         for q in range(len(mirrors.images)):
-            of_quadrant = self._rows[:, q * points : (q + 1) * points].astype(matrix.dtype)
+            of_image = self._rows[:, q * points : (q + 1) * points].astype(matrix.dtype)
             for k in range(width):
-                averaged[:, :, k] += signs[q, k] * signs[home, k] * (of_quadrant @ by_point[:, :, k].T).T
+                averaged[:, :, k] += signs[q, k] * signs[home, k] * (of_image @ by_point[:, :, k].T).T
         return averaged.reshape(len(matrix), -1)
 
 

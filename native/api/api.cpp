@@ -48,11 +48,11 @@ const char* mjt_kernels(void) { return kernels().name; }
 int mjt_use_kernels(const char* name) { return use_kernels(name) ? 1 : 0; }
 
 mjt_pad* mjt_pad_new(int precision, int corners, size_t count_x, const double* ends_x, size_t count_y,
-                     const double* ends_y, int mirror_x, int mirror_y, const double* quadrant_signs) {
+                     const double* ends_y, int mirror_x, int mirror_y, const double* image_signs) {
   const CornerSpread spread({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y});
   auto* made = new mjt_pad{std::make_shared<Pad>(SurfaceGrid({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y}),
                                                  static_cast<Precision>(precision), corners ? &spread : nullptr)};
-  made->pad->set_mirrors(mirror_x != 0, mirror_y != 0, quadrant_signs);
+  made->pad->set_mirrors(mirror_x != 0, mirror_y != 0, image_signs);
   return made;
 }
 

@@ -27,10 +27,10 @@ MJT_API int mjt_knows(const char* law, const char* tangential);
 
 /* A pad without matrices. precision: the widest of its layers', 0 half, 1 single, 2 double, 3 bytes. corners: whether
    loads are replaced by forces on the elements' corners. ends: coordinates of the element boundaries [m]. mirror:
-   whether the pad is symmetric under x -> -x and y -> -y. quadrant_signs (quadrants, classes): see
+   whether the pad is symmetric under x -> -x and y -> -y. image_signs (images, classes): see
    Pad::set_mirrors. */
 MJT_API mjt_pad* mjt_pad_new(int precision, int corners, size_t count_x, const double* ends_x, size_t count_y,
-                             const double* ends_y, int mirror_x, int mirror_y, const double* quadrant_signs);
+                             const double* ends_y, int mirror_x, int mirror_y, const double* image_signs);
 /* The outer surface of a curved pad over a sheet (west, south, east, north) [m]. It is the upper half of
    p x^2 + q y^2 + ((z + c) / c)^2 = 1, with p and q in 1/m^2; or a patch given by (z, dz/dx, dz/dy, d2z/dxdy) at the
    nodes of an even grid over the sheet, (count_y, count_x, 4). */

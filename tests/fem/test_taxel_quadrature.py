@@ -147,8 +147,8 @@ def sample_points(sampling: Sampling, taxel: int) -> tuple[np.ndarray, np.ndarra
     """Unfolded points [m] of one taxel and their weights."""
     average = sampling.average
     entries = slice(average.indptr[taxel], average.indptr[taxel + 1])
-    quadrant, index = np.divmod(average.indices[entries], len(sampling.positions))
-    signs = np.array([(*BOTH.images[q], 1) for q in quadrant])
+    image, index = np.divmod(average.indices[entries], len(sampling.positions))
+    signs = np.array([(*BOTH.images[q], 1) for q in image])
     return sampling.positions[index] * signs, average.data[entries]
 
 
@@ -247,7 +247,7 @@ def test_folded_points_unfold_to_where_they_were():
     positions = np.array([[1, 2, -1], [-1, 2, -1], [1, -2, -1], [-1, -2, -1], [0, 3, -2], [-0.5, 0, -1]]) * 1e-3
     folded = fold_points(positions, 1e-12, BOTH)
     assert len(folded.positions) == 3
-    signs = np.array([(*BOTH.images[q], 1) for q in folded.quadrant])
+    signs = np.array([(*BOTH.images[q], 1) for q in folded.image])
     np.testing.assert_allclose(folded.positions[folded.index] * signs, positions, atol=1e-12)
 
 

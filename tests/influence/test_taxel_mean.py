@@ -1,4 +1,4 @@
-"""Readings of mean stress: what they are, in whatever quadrant a taxel lies, and how far from means of norms."""
+"""Readings of mean stress: what they are, in whatever part of the pad a taxel lies, and how far from means of norms."""
 
 from __future__ import annotations
 

@@ -16,11 +16,11 @@
 
 namespace mjtactile {
 
-// Weights of sample points in the taxels of one layer: a sparse matrix (taxels, quadrants * points) by rows.
+// Weights of sample points in the taxels of one layer: a sparse matrix (taxels, images * points) by rows.
 struct AveragingRows {
   std::size_t points, taxels;
   const std::int32_t* starts;   // (taxels + 1)
-  const std::int32_t* places;   // quadrant * points + point
+  const std::int32_t* places;   // image * points + point
   const double* weights;
 };
 
@@ -69,7 +69,7 @@ class Pad {
 
   void set_tiles(std::vector<Tile> tiles) { tiles_ = std::move(tiles); }
 
-  // Set the matrices in this order: the mirrors, with the signs of each class in the quadrants (quadrants, classes);
+  // Set the matrices in this order: the mirrors, with the signs of each class in the images (images, classes);
   // every layer; every class.
   void set_mirrors(bool x, bool y, const double* signs);
   // `precision`: in which the layer's matrices are stored.

@@ -312,14 +312,14 @@ void StressMap<Value>::means(const Value* response, const bool odd[][2], double*
       for (std::size_t k = 0; k < coordinates; ++k) {
         double sum = 0.0;
         for (std::uint32_t i = share.first; i < share.first + share.count; ++i) {
-          const std::size_t quadrant = layer.places[i] / layer.points, point = layer.places[i] % layer.points;
-          // With both mirrors, quadrants 1 and 3 are at negative x, and 2 and 3 at negative y.
-          const bool west = mirrored[0] && quadrant % 2 == 1;
-          const bool south = mirrored[1] && quadrant / (mirrored[0] ? 2 : 1) == 1;
+          const std::size_t image = layer.places[i] / layer.points, point = layer.places[i] % layer.points;
+          // With both mirrors, images 1 and 3 are at negative x, and 2 and 3 at negative y.
+          const bool west = mirrored[0] && image % 2 == 1;
+          const bool south = mirrored[1] && image / (mirrored[0] ? 2 : 1) == 1;
           const bool flipped = (odd[k][0] && west) != (odd[k][1] && south);
           double value = 0.0;
           for (std::size_t c = 0; c < class_count(); ++c) {
-            value += static_cast<double>(signs[kClasses * quadrant + c]) *
+            value += static_cast<double>(signs[kClasses * image + c]) *
                      static_cast<double>(response[layer.offset + c * layer.rows + k * layer.points + point]);
           }
           sum += static_cast<double>(layer.weights[i]) * (flipped ? -value : value);

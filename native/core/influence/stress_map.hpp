@@ -73,7 +73,7 @@ class StressMap {
     std::size_t offset = 0;               // start of class 0 in the response; the other classes follow
     std::vector<Share> taxels;            // in reading order
     bool single = false;                  // whether each taxel has exactly one sample point, in reading order
-    std::vector<std::uint32_t> places;    // sample points of the taxels, as quadrant * points + point
+    std::vector<std::uint32_t> places;    // sample points of the taxels, as image * points + point
     std::vector<Value> weights;           // of these points in the taxel's mean
   };
   struct Class {
@@ -101,7 +101,7 @@ class StressMap {
   std::size_t nodes_x = 0, nodes_y = 0;
   std::size_t response_size = 0, taxels = 0;   // of all layers
   std::vector<CornerSpread> spread;  // one if loads are spread onto corners, else none
-  // Sign of a class's stress in a quadrant (quadrants, classes); 0 beyond class_count().
+  // Sign of a class's stress in a mirror image of the quarter (images, classes); 0 beyond class_count().
   Value signs[kClasses * kClasses] = {};
   bool mirrored[2] = {true, true};        // whether the sheet is its own image under x -> -x, and under y -> -y
   std::vector<Layer> layers;

@@ -172,7 +172,7 @@ struct Kernels {
                                double factor, std::uint32_t* places, double* weights);
 
   // norms[q * points + p] = |sum_c signs[4 q + c] * classes[c][k * points + p]|, the norm over k < 5. It is the von
-  // Mises stress of each sample point p of one quadrant at its image in quadrant q, from the four symmetry classes.
+  // Mises stress of each sample point p of the quarter at its mirror image q, from the four symmetry classes.
   void (*norms_float)(const float* const* classes, const float* signs, std::size_t points, float* norms);
   void (*norms_double)(const double* const* classes, const double* signs, std::size_t points, double* norms);
 
