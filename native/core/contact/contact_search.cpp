@@ -29,8 +29,7 @@ constexpr double kReached = 2.5;
 // A part is long if its standard deviation along is more than this multiple of that across. The value is not a ratio
 // that small counts of samples can have, so that rounding does not decide.
 constexpr double kElongated = 1.503;
-// A part of one row of points, no wider than this over their distance, ends next to it. If it were looked at as far
-// beyond as it is looked at along, one row would see it again, as of a thin wire.
+// A row of points is no wider than this, over their distance.
 constexpr double kOneRow = 1.503;
 // A load within this distance of a spring acts on it, over the length of the sampled area.
 constexpr double kOnSpring = 1e-6;
@@ -266,6 +265,7 @@ void ContactSearch::gather_parts() {
     region.width += 2.0 * spacing_;
     region.height += 2.0 * spacing_;
     parts_[k].region = region;
+    parts_[k].thin = false;
   }
 }
 
@@ -384,12 +384,22 @@ Region ContactSearch::region_under(const Part& part, double level, double& area,
   return region_about(chosen_, sides, part.region.angle, *map_);
 }
 
-// How far the points of a part are from one another along a region's sides [m]. The part ends somewhere between the last
-// point below the level and the next one.
+// How far the points of a part are from one another along a region's sides [m]. The part ends somewhere between the
+// last point below the level and the next one.
 Point ContactSearch::end_of(const Part& part, const Region& region) {
   const double c = std::abs(std::cos(region.angle - part.region.angle));
   const double s = std::abs(std::sin(region.angle - part.region.angle));
   return {c * part.width() + s * part.height(), s * part.width() + c * part.height()};
+}
+
+// Whether a look saw one row of the body's points, all of them below the level, as of a wire thinner than their
+// distance. A look as far beyond it across as along would see one row again.
+bool ContactSearch::is_one_row(const Part& part, const Region& below, std::size_t count) {
+  const Point end = end_of(part, below);
+  if (!(below.width < kOneRow * end.x || below.height < kOneRow * end.y)) return false;
+  const std::vector<double>& heights = part.heights;
+  const auto seen = std::count_if(heights.begin(), heights.end(), [](double one) { return std::isfinite(one); });
+  return static_cast<std::size_t>(seen) == count;
 }
 
 const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& plane, const SearchLoad& load) {
@@ -409,11 +419,12 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
       Part& part = parts_[k];
       const Region region = region_under(part, level_, area, count);
       if (count == 0 || count >= kEnough) continue;
-      const Point end = end_of(part, region);
+      part.thin = part.thin || is_one_row(part, region, count);
       const double wide = std::max(part.width(), part.height());
+      const Point margin = part.thin ? end_of(part, region) : Point{wide, wide};
       part.region = region;
-      part.region.width += 2.0 * (region.width < kOneRow * end.x ? end.x : wide);
-      part.region.height += 2.0 * (region.height < kOneRow * end.y ? end.y : wide);
+      part.region.width += 2.0 * margin.x;
+      part.region.height += 2.0 * margin.y;
       look_closer(map, plane, part);
       closer = true;
     }

@@ -114,6 +114,7 @@ class ContactSearch {
   static constexpr std::size_t kLines = 33, kCloser = 15;
   struct Part {          // a connected part of the surface under the level, sampled on a grid of its own
     Region region;       // that the grid covers
+    bool thin;   // whether the body is thinner there than points are from one another
     double cosine, sine; // of the region's angle
     std::vector<double> heights;
 
@@ -165,6 +166,7 @@ class ContactSearch {
   Region region_under(const Part& part, double level, double& area, std::size_t& count);
   Point point_of(const Part& part, std::size_t place) const;
   static Point end_of(const Part& part, const Region& region);
+  static bool is_one_row(const Part& part, const Region& below, std::size_t count);
 
   // Height of a point of the body over a plane and its lowest point [m].
   double over(const Plane& plane, const Point& at, double height) const { return height - plane(at.x, at.y) - lowest_; }

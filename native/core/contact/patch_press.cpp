@@ -23,7 +23,7 @@ constexpr double kEnergyMargin = 0.04, kFineEnergyMargin = 0.005;
 constexpr std::size_t kManyCells = 100;
 constexpr double kOverlooking = 0.15;    // what is added for a part that is overlooked, because few cells may tell too
                                          // little energy
-constexpr double kLacking = 1e-3;        // shares of the load that are not borne and differ by less count as equal
+constexpr double kLacking = 1e-3;        // a contact bears the load if it bears all but less than this share of it
 constexpr double kMissed = 0.01;         // a contact misses the load if its centre of pressure is farther from it than
                                          // this, over the contact's size
 constexpr double kInside = 1e-12;        // least distance from the hull's rim at which a point lies inside [m]
@@ -594,7 +594,7 @@ PatchPress::Merit PatchPress::merit(const SearchLoad& load, const NextPart& next
 }
 
 bool PatchPress::is_worse(const Merit& one, const Merit& other, double margin) {
-  if (std::abs(one.lacks - other.lacks) > kLacking) return one.lacks > other.lacks;
+  if ((one.lacks > kLacking) != (other.lacks > kLacking)) return one.lacks > kLacking;
   if (one.missed > 0.0 || other.missed > 0.0) return one.missed > (1.0 + kMissed) * other.missed;
   return one.energy > other.energy + margin * one.elastic;
 }
