@@ -26,7 +26,7 @@ from mjtactile.pad import Pad, require_pad
 from mjtactile.sim.mjcf import press_mjcf
 from mjtactile.sim.mujoco_library import check_data, element_id
 from mjtactile.sim.wrench import contact_wrench, site_frame
-from mjtactile.units import finite_number
+from mjtactile.units import GRAM_FORCE, finite_number
 
 #: Distance of feet from the pad's edge [m], so that they do not creep over it during a long press.
 EDGE_MARGIN = 1e-4
@@ -228,10 +228,11 @@ def _check_force(command: Array, ranges: Array) -> None:
     if command[2] >= 0.0:
         raise SceneError(f"force = {command} N does not press: its z component must be negative, into the pad.")
     if (command < ranges[:, 0]).any() or (command > ranges[:, 1]).any():
+        most = float(np.abs(ranges).min())
         raise SceneError(
-            f"force = {command} N exceeds the actuators' range {ranges.tolist()} N. Forces are in newtons: "
-            "1 gf is 9.80665e-3 N. For more, make the scene in Python and widen the ctrlrange of press_x, press_y "
-            "and press_z."
+            f"force = {command} N exceeds the actuators' range {ranges.tolist()} N: at most {most:g} N "
+            f"({most / GRAM_FORCE:.4g} gf) along each axis. For more, make the scene in Python and widen the ctrlrange "
+            "of press_x, press_y and press_z."
         )
 
 
