@@ -11,6 +11,11 @@ from mjtactile.pad import Pad
 LINEAR_RANGE = 0.1
 #: Largest indentation over the sheet's thickness for small strains [-].
 LINEAR_INDENTATION = 0.1
+#: End of a sentence about strains that are not small.
+APPROXIMATE = (
+    "the readings of this linear model are only approximate. Press less hard or over a larger area, or use a stiffer "
+    "or thicker pad."
+)
 #: Reading at which a taxel saturates over the modulus of its material [-].
 SATURATION = 1.2
 
@@ -51,7 +56,4 @@ def beyond_linear_range(pad: Pad, pressure: float, indentation: float) -> str | 
         reason = f"the indentation, {indentation * 1e3:.3g} mm, is over {limit}"
     else:
         return None
-    return (
-        f"{reason}: strains are no longer small, so the readings of this linear model are only approximate. Press less "
-        "hard or over a larger area, or use a stiffer or thicker pad."
-    )
+    return f"{reason}: strains are no longer small, so {APPROXIMATE}"

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from mjtactile._progress import say
+from mjtactile.contact.linear_range import APPROXIMATE
 from mjtactile.errors import ContactWarning, SceneError, contacts_are_quiet, of_type
 
 #: Whether contacts cause warnings; MJTACTILE_WARNINGS=0 or `set_warnings` switch them off.
@@ -212,8 +213,7 @@ def message(names: Names, note: Note) -> str:
     """Text of a warning; the same for the same pad, body and kind of problem."""
     who = f"pad '{names.pad}', {names.body(int(note.body))}"
     return (
-        f"{who}: strains are no longer small ({names.pressure}, or {names.indentation}), so the readings of this "
-        "linear model are only approximate. Press less hard or over a larger area, or use a stiffer or thicker pad.",
+        f"{who}: strains are no longer small ({names.pressure}, or {names.indentation}), so {APPROXIMATE}",
         f"{who}: a part of its contact force acts beside the sensing surface, or along it harder than the contact can "
         "carry. The nearest load that the surface carries is read; output 'carried' says which.",
         f"{who}: no solution of its contact law was found. The pressure is spread over the area that the force needs "

@@ -208,25 +208,34 @@ void PlacedShape::lower(const std::vector<Point>& points, double floor, double* 
   }
 }
 
-// The same as height() for each point, without branches, so that the compiler vectorises the loop.
+// The lower end of a line's segment inside all three slabs, given the line's place from the box's middle; kNowhere if
+// there is none. Without branches, so that the compiler vectorises loops over it.
+double PlacedShape::entry_of_box(const Slab (&slabs)[3], double x, double y, double z) {
+  bool meets = true;
+  double enter = -kNowhere, leave = kNowhere;
+  for (int k = 0; k < 3; ++k) {
+    const double middle = slabs[k].slope[0] * x + slabs[k].slope[1] * y;
+    meets &= std::abs(middle) <= slabs[k].reach;
+    enter = std::max(enter, z + (middle - slabs[k].half));
+    leave = std::min(leave, z + (middle + slabs[k].half));
+  }
+  meets &= enter <= leave;
+  return meets ? enter : kNowhere;
+}
+
+// The same as height() for each point.
 void PlacedShape::lower_to_box(const std::vector<Point>& points, double floor, double* heights) const {
+  // Local copies, so that the compiler vectorises the loop.
   const Point* const at = points.data();
   const std::size_t count = points.size();
   const Slab slabs[3] = {slabs_[0], slabs_[1], slabs_[2]};
   const Rectangle over = {low_[0], low_[1], high_[0], high_[1]};
-  const double middle_x = pose_.position[0], middle_y = pose_.position[1], middle_z = pose_.position[2];
+  const double middle[3] = {pose_.position[0], pose_.position[1], pose_.position[2]};
   for (std::size_t i = 0; i < count; ++i) {
-    const double x = at[i].x - middle_x, y = at[i].y - middle_y;
-    bool meets = (at[i].x >= over.west) & (at[i].x <= over.east) & (at[i].y >= over.south) & (at[i].y <= over.north);
-    double enter = -kNowhere, leave = kNowhere;
-    for (int k = 0; k < 3; ++k) {
-      const double middle = slabs[k].slope[0] * x + slabs[k].slope[1] * y;
-      meets &= std::abs(middle) <= slabs[k].reach;
-      enter = std::max(enter, middle_z + (middle - slabs[k].half));
-      leave = std::min(leave, middle_z + (middle + slabs[k].half));
-    }
-    meets &= (enter <= leave) & (enter >= floor) & (enter < heights[i]);
-    heights[i] = meets ? enter : heights[i];
+    const bool is_over =
+        (at[i].x >= over.west) & (at[i].x <= over.east) & (at[i].y >= over.south) & (at[i].y <= over.north);
+    const double found = entry_of_box(slabs, at[i].x - middle[0], at[i].y - middle[1], middle[2]);
+    heights[i] = (is_over & (found >= floor) & (found < heights[i])) ? found : heights[i];
   }
 }
 
@@ -254,7 +263,7 @@ double PlacedShape::entry(double at_x, double at_y) const {
     case ShapeKind::cylinder:
       return entry_of(common(inside_round(rounds_[2]), inside_slab(slabs_[0])));
     case ShapeKind::box:
-      return entry_of(common(inside_slab(slabs_[0]), common(inside_slab(slabs_[1]), inside_slab(slabs_[2]))));
+      return entry_of_box(slabs_, x, y, z);
     default: {
       const double normal[3] = {pose_.rotation[2], pose_.rotation[5], pose_.rotation[8]};
       return normal[2] > -kParallel ? kNowhere : z - (normal[0] * x + normal[1] * y) / normal[2];

@@ -76,6 +76,7 @@ class PlacedShape {
   Round round(const double* scales, int axes, const double* centre) const;
   Slab slab(int axis, double half) const;
   double entry(double x, double y) const;
+  static double entry_of_box(const Slab (&slabs)[3], double x, double y, double z);
   void lower_to_box(const std::vector<Point>& points, double floor, double* heights) const;
   void add_lowest_edges(int axis, std::vector<Point>& points) const;
   void add_in_pad(const double* local, std::vector<Point>& points) const;
