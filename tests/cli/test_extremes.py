@@ -16,6 +16,7 @@ from mjtactile.cli.benchmarks.extremes import WAYS, attempt, extremes_table, lef
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.wrench_basis import WrenchBasis
+from mjtactile.dataset.shapes import sphere_height
 from mjtactile.errors import ContactError, ContactWarning, FootprintError, MjTactileError, PadError
 from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.geometry.outlines import INDENTER_NAMES
@@ -182,12 +183,8 @@ def test_any_flat_face_under_any_wrench(draft, shape, way, tilt, cells, decade, 
         assert left_over(load, force, moment, 1e-2) <= CARRIED
 
 
-def sphere(radius, x0, y0):
-    def gap(x, y):
-        inside = radius**2 - (x - x0) ** 2 - (y - y0) ** 2
-        return np.where(inside > 0.0, radius - np.sqrt(np.maximum(inside, 0.0)), np.inf)
-
-    return gap
+def sphere(radius, x, y):
+    return sphere_height(radius, np.array([x, y, radius]))
 
 
 BODIES = {

@@ -18,6 +18,7 @@ from mjtactile.contact.cells.half_space import bent_responses, flat_responses
 from mjtactile.contact.contact_load import contact_load, contact_loads, warn_beyond_linear_range
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.linear_range import LINEAR_RANGE
+from mjtactile.dataset.shapes import sphere_height
 from mjtactile.errors import ContactWarning, FootprintError
 from mjtactile.fidelity import MESHES
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -39,13 +40,7 @@ def dome() -> InfluenceMatrices:
 
 def resting_ball(outer: Surface, place: tuple[float, float], radius: float = BALL):
     """Height of a ball that touches a surface above a place."""
-    centre = outer.positions(place[0], place[1], -radius)
-
-    def height(x, y):
-        square = radius**2 - (x - centre[0]) ** 2 - (y - centre[1]) ** 2
-        return np.where(square > 0, centre[2] - np.sqrt(np.maximum(square, 0.0)), np.inf)
-
-    return height
+    return sphere_height(radius, outer.positions(place[0], place[1], -radius))
 
 
 def pressed_ball(
@@ -363,12 +358,7 @@ def test_a_ball_rolled_about_the_centre_gives_rolled_readings(degrees):
     for angle in (Rotation.identity(), turn):
         middle = angle.apply([0.0, 0.0, radius + BALL]) + centre
         force, touch = angle.apply([0.02, 0.01, -0.3]), angle.apply([0.0, 0.0, radius]) + centre
-
-        def height(x, y, middle=middle):
-            square = BALL**2 - (x - middle[0]) ** 2 - (y - middle[1]) ** 2
-            return np.where(square > 0, middle[2] - np.sqrt(np.maximum(square, 0.0)), np.inf)
-
-        footprint = Footprint.from_height(height, influence.surface)
+        footprint = Footprint.from_height(sphere_height(BALL, middle), influence.surface)
         load = contact_load(influence, footprint, force, moment=np.cross(touch, force), law="elastic")
         readings.append(influence.readings(load).reshape(2, -1)[len(readings)])
     assert np.linalg.norm(readings[1] - readings[0]) < 0.03 * np.linalg.norm(readings[0])

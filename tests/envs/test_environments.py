@@ -237,11 +237,6 @@ def test_wrong_arguments_of_many_are_refused(arguments):
         make_vec("mjtactile/GraspLift-v0", **arguments)
 
 
-def test_a_seed_of_many_is_a_number_or_a_number_each():
-    with pytest.raises(EnvError, match=r"seed = 1\.5; expected a whole number"):
-        make_vec("mjtactile/GraspLift-v0", 2).reset(seed=1.5)  # type: ignore[arg-type]
-
-
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
 def test_a_copy_is_a_new_environment_with_the_same_options(copied):
     env = gymnasium.make("mjtactile/GraspLift-v0", observation="wrench", noise=0.5).unwrapped

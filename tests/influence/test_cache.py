@@ -183,20 +183,12 @@ def test_truncated_file_is_rebuilt_with_a_warning(share, builds):
     tiny()
     path = cached_path(Pad(), TINY_FIDELITY)
     path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
-    with pytest.warns(InfluenceWarning, match="cannot be used and is built anew"):
+    with pytest.warns(InfluenceWarning, match="cannot be used and is built anew.*not a whole influence table"):
         repaired = tiny()
     assert_same(first, repaired)
     assert len(builds) == 3
     tiny()
     assert len(builds) == 3
-
-
-def test_garbage_is_rebuilt_with_a_warning(cache):
-    path = cached_path(Pad(), TINY_FIDELITY)
-    cache.mkdir()
-    path.write_bytes(b"garbage")
-    with pytest.warns(InfluenceWarning, match="built anew"):
-        assert_same(tiny(), tiny(cache=False))
 
 
 def test_table_of_another_pad_under_this_name_is_rebuilt(cache):

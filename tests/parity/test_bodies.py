@@ -24,6 +24,7 @@ from mjtactile.contact.core_pad import contact_pad, give_springs
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.foundation import foundation_springs
 from mjtactile.contact.laws import BY_NAME as LAWS
+from mjtactile.dataset.shapes import sphere_height
 from mjtactile.geometry.lower_surface import LowerSurface
 from mjtactile.geometry.outlines import ellipse
 
@@ -252,14 +253,9 @@ def test_a_ball_at_a_leaning_rim_presses_as_its_footprint_does(monkeypatch, name
     influence = mjtactile.influence_matrices(BULGES[name], fidelity="fast")
     outer, place, radius = influence.surface.outer, (5.9e-3, 1e-3), 4e-3
     centre = outer.positions(*place, -radius)
-
-    def height(x: Array, y: Array) -> Array:
-        square = radius**2 - (x - centre[0]) ** 2 - (y - centre[1]) ** 2
-        return np.where(square > 0.0, centre[2] - np.sqrt(np.maximum(square, 0.0)), np.inf)
-
     force = -0.2 * outer.normals(*place)
     wrench = np.concatenate([force, np.cross(outer.positions(*place), force)])
-    footprint = Footprint.from_height(height, influence.surface)
+    footprint = Footprint.from_height(sphere_height(radius, centre), influence.surface)
     load = mjtactile.contact_load(influence, footprint, force, moment=wrench[3:], law="elastic", cells=CELLS)
     monkeypatch.setitem(SHAPES, "ball", Ellipsoid((radius, radius, radius)))
     forces, carried = CoreBody("ball").press(influence, Pose(centre, np.eye(3)), wrench, "elastic")

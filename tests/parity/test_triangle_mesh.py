@@ -206,6 +206,13 @@ def points_over(part: Rectangle, count: int = 400) -> Array:
     return np.array([part.west, part.south]) + draw * (part.east - part.west, part.north - part.south)
 
 
+def assert_same_heights(found: Array, expected: Array) -> None:
+    """Infinite at the same points, and equal elsewhere but for the rounding of lengths of some millimetres."""
+    met = np.isfinite(found)
+    assert np.array_equal(met, np.isfinite(expected))
+    assert found[met] == pytest.approx(expected[met], abs=1e-12)
+
+
 @pytest.mark.parametrize("angle", [0.0, 90.0, 37.0])
 @pytest.mark.parametrize("name", SOLIDS)
 def test_heights_over_a_grid_are_those_of_the_reference(name, angle, instruction_set):
@@ -217,10 +224,7 @@ def test_heights_over_a_grid_are_those_of_the_reference(name, angle, instruction
     for seed in range(6):
         pose, floor = random_pose(seed), (-np.inf, 0.0)[seed % 2]
         found = mesh.heights(pose, points, floor=floor)[0]
-        expected = reference.heights(pose, points[:, 0], points[:, 1], floor)
-        assert np.array_equal(np.isfinite(found), np.isfinite(expected))
-        # As below: rounding of lengths of some millimetres.
-        assert found[np.isfinite(found)] == pytest.approx(expected[np.isfinite(found)], abs=1e-12)
+        assert_same_heights(found, reference.heights(pose, points[:, 0], points[:, 1], floor))
 
 
 @pytest.mark.parametrize(("across", "count"), [(0.8e-3, 64), (2.5e-3, 40), (9e-3, 7)])
@@ -234,9 +238,7 @@ def test_heights_over_a_small_or_a_coarse_grid_are_those_of_the_reference(name, 
         points = np.stack(np.meshgrid(lines, lines), axis=-1).reshape(-1, 2) + middle
         points = points[(np.abs(points) < (PART.east, PART.north)).all(axis=1)]
         found = mesh.heights(random_pose(seed), points)[0]
-        expected = reference.heights(random_pose(seed), points[:, 0], points[:, 1], -np.inf)
-        assert np.array_equal(np.isfinite(found), np.isfinite(expected))
-        assert found[np.isfinite(found)] == pytest.approx(expected[np.isfinite(found)], abs=1e-12)
+        assert_same_heights(found, reference.heights(random_pose(seed), points[:, 0], points[:, 1], -np.inf))
 
 
 @pytest.mark.parametrize("name", ["box", "ball", "fine_ball"])
@@ -257,10 +259,7 @@ def assert_heights_are_those_of_the_reference(name: str, seed: int, floor: float
     mesh, reference = both(name)
     pose, points = random_pose(seed), points_over(PART)
     found, lowest = mesh.heights(pose, points, floor=floor)
-    expected = reference.heights(pose, points[:, 0], points[:, 1], floor)
-    assert np.array_equal(np.isfinite(found), np.isfinite(expected))
-    met = np.isfinite(found)
-    assert found[met] == pytest.approx(expected[met], abs=1e-12)
+    assert_same_heights(found, reference.heights(pose, points[:, 0], points[:, 1], floor))
     assert lowest <= found.min(initial=np.inf) + 1e-15
     if lowest > floor:
         assert lowest == pytest.approx(least_height(reference, pose, PART, floor), abs=1e-12)

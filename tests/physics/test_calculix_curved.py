@@ -20,6 +20,7 @@ from shapely import Polygon
 
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
+from mjtactile.dataset.shapes import sphere_height
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.cache import build_influence
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -81,14 +82,8 @@ def lower_side(case: dict[str, Any]):
     """Height of the rigid body's lower side at first touch, z(x, y) [m]."""
     if "plate" in case["load"]:
         return lambda x, y: np.zeros_like(x)
-    radius = 5e-3
     assert "radius 5.0 mm" in case["load"]
-
-    def sphere(x, y):
-        square = radius**2 - x**2 - y**2
-        return np.where(square > 0, radius - np.sqrt(np.maximum(square, 0.0)), np.inf)
-
-    return sphere
+    return sphere_height(5e-3, np.array([0.0, 0.0, 5e-3]))
 
 
 MESHES = ["draft", pytest.param("default", marks=pytest.mark.slow)]

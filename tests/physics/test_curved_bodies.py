@@ -20,6 +20,7 @@ from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.options import ContactOptions, Wrench
 from mjtactile.contact.ready import new_press
+from mjtactile.dataset.shapes import sphere_height
 from mjtactile.fidelity import Fidelity, MeshDensity
 from mjtactile.influence.cache import build_influence
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -73,13 +74,7 @@ def pressed(
 
 def ball(outer: Surface, place: np.ndarray, radius: float):
     """Height of a ball that touches a surface above a place."""
-    centre = outer.positions(place[0], place[1], -radius)
-
-    def height(x, y):
-        square = radius**2 - (x - centre[0]) ** 2 - (y - centre[1]) ** 2
-        return np.where(square > 0, centre[2] - np.sqrt(np.maximum(square, 0.0)), np.inf)
-
-    return height
+    return sphere_height(radius, outer.positions(place[0], place[1], -radius))
 
 
 @pytest.mark.parametrize("place", [(0.0, 0.0), (5e-3, 0.0), (-4e-3, 3e-3)])

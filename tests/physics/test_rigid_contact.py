@@ -16,6 +16,7 @@ from test_calculix import CASES, GRAM_FORCE, expected_readings, outline_of
 from mjtactile.cli.benchmarks.direct import relative_difference
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
+from mjtactile.dataset.shapes import sphere_height
 from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -70,16 +71,11 @@ def test_flat_punches_agree_with_calculix(name, preset, request):
     assert load.contact_area == pytest.approx(footprint.area, rel=1e-9)
 
 
-def sphere_gap(radius: float, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    square = radius**2 - x**2 - y**2
-    return np.where(square > 0.0, radius - np.sqrt(np.maximum(square, 0.0)), np.inf)
-
-
 @pytest.mark.parametrize("preset", PRESETS)
 def test_sphere_agrees_with_calculix(preset, request):
     influence, case = request.getfixturevalue(preset), CASES[SPHERE]
     radius = case["geometry"]["R"] * 1e-3
-    footprint = Footprint.from_gap(lambda x, y: sphere_gap(radius, x, y), influence.surface)
+    footprint = Footprint.from_gap(sphere_height(radius, np.array([0.0, 0.0, radius])), influence.surface)
     load = contact_load(influence, footprint, force_of(case))
     assert relative_difference(influence.readings(load), expected_readings(SPHERE)) <= SPHERE_BOUND[preset]
     assert load.indentation == pytest.approx(case["indentation_mm"] * 1e-3, rel=0.02)
@@ -126,7 +122,7 @@ def test_unlisted_shapes_agree_between_presets(name, tilt, balanced, accurate):
 
 def test_pressing_harder_scales_a_flat_contact_and_spreads_a_round_one(balanced):
     flat = Footprint.from_outline(UNLISTED["octagon"], balanced.surface)
-    round_ = Footprint.from_gap(lambda x, y: sphere_gap(6e-3, x, y), balanced.surface)
+    round_ = Footprint.from_gap(sphere_height(6e-3, np.array([0.0, 0.0, 6e-3])), balanced.surface)
 
     def both(footprint: Footprint) -> list[SurfaceLoad]:
         return [contact_load(balanced, footprint, (0.0, 0.0, -force), cells=200) for force in (0.05, 0.1)]
