@@ -24,12 +24,9 @@ def ready_pad(influence: InfluenceMatrices, options: ContactOptions, *, stress: 
     return pad
 
 
-def new_press(
-    influence: InfluenceMatrices, options: ContactOptions, *, strength: float | None = None, narrowest: float = 0.0
-) -> Press:
-    """A new `Press` with the data that the given options need; the arguments are those of `Press`."""
-    springs = foundation_springs(influence) if options.contact_law.springs else None
-    return Press(influence, options, springs=springs, strength=strength, narrowest=narrowest)
+def new_press(influence: InfluenceMatrices, options: ContactOptions) -> Press:
+    """A new `Press` with the springs that law "foundation" needs."""
+    return Press(influence, options, springs=foundation_springs(influence) if options.contact_law.springs else None)
 
 
 _Pool = dict[ContactOptions, list[Press]]

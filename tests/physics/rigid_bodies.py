@@ -15,7 +15,7 @@ from mjtactile.contact.cells import compliance as compliances
 from mjtactile.contact.cells.compliance import SurfaceCompliance
 from mjtactile.contact.footprint import Footprint, GapFunction
 from mjtactile.contact.options import ContactOptions, Wrench
-from mjtactile.contact.ready import new_press
+from mjtactile.contact.press import Press
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import ContactState
@@ -86,7 +86,7 @@ def pressed(
     options = ContactOptions(law="elastic", tangential=tangential, friction=friction, tilting=tilting, cells=cells)
     vector = np.array([*shear, -force])
     wrench = Wrench(vector, np.cross([*through, 0.0], vector) + np.array([0.0, 0.0, torsion]))
-    press = new_press(influence, options, strength=0.0, narrowest=1e-9)
+    press = Press(influence, options, strength=0.0, narrowest=1e-9)
     state = press.loads([footprint], [wrench])[0].load.state
     return Pressed(state, cell_forces(press))
 

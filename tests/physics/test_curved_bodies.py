@@ -19,7 +19,7 @@ from mjtactile.contact.cells.compliance import SurfaceCompliance
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.options import ContactOptions, Wrench
-from mjtactile.contact.ready import new_press
+from mjtactile.contact.press import Press
 from mjtactile.dataset.shapes import sphere_height
 from mjtactile.fidelity import Fidelity, MeshDensity
 from mjtactile.influence.cache import build_influence
@@ -66,7 +66,7 @@ def pressed(
     vector = -force * outer.normals(*place)
     at = outer.positions(*place)
     options = ContactOptions(law="elastic", tangential="proportional", friction=None, tilting=tilting, cells=600)
-    press = new_press(influence, options, strength=0.0, narrowest=1e-9)
+    press = Press(influence, options, strength=0.0, narrowest=1e-9)
     footprint = Footprint.from_height(height, influence.surface)
     load = press.loads([footprint], [Wrench(vector, np.cross(at, vector))])[0].load
     return load, cell_forces(press)
@@ -192,7 +192,7 @@ def indented(thin: InfluenceMatrices, chi: float, correction: float, gap) -> flo
     force = 16 / 9 * YOUNG * math.sqrt(radius) * depth**1.5 * correction
     options = ContactOptions(law="elastic", tangential="proportional", friction=None, tilting=False, cells=400)
     footprint = Footprint.from_gap(lambda x, y: gap(radius, x**2 + y**2), thin.surface)
-    press = new_press(thin, options, strength=0.0)
+    press = Press(thin, options, strength=0.0)
     return press.loads([footprint], [Wrench(np.array([0.0, 0.0, -force]), np.zeros(3))])[0].load.indentation / depth
 
 

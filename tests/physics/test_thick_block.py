@@ -11,7 +11,7 @@ from rigid_bodies import YOUNG, contact_modulus, disc
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.options import contact_options, wanted_wrench
-from mjtactile.contact.ready import new_press
+from mjtactile.contact.press import Press
 from mjtactile.fidelity import Fidelity, MeshDensity
 from mjtactile.influence.build import build_tables
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -53,7 +53,7 @@ def sphere(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def finely_pressed(influence: InfluenceMatrices, footprint: Footprint, force, **options) -> SurfaceLoad:
     """On cells as narrow as the contact asks for, whatever taxels tell apart."""
-    press = new_press(influence, contact_options(influence, **options), narrowest=1e-9)
+    press = Press(influence, contact_options(influence, **options), narrowest=1e-9)
     return press.loads([footprint], [wanted_wrench(footprint, force, None)])[0].load
 
 

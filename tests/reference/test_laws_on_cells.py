@@ -24,7 +24,7 @@ from mjtactile.contact.cells.face_cells import placed_cells
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.foundation import foundation_springs
 from mjtactile.contact.options import Wrench, contact_options
-from mjtactile.contact.ready import new_press
+from mjtactile.contact.press import Press
 from mjtactile.fidelity import Fidelity
 
 #: Forces agree to this fraction of the largest: dense systems of some hundred unknowns, solved in two ways.
@@ -53,7 +53,8 @@ def solved(influence, footprint: Footprint, lever=(0.0, 0.0), **options) -> tupl
     chosen = contact_options(influence, cells=COUNT, **{"law": "elastic", **options})
     moment = np.cross([footprint.centroid[0] + lever[0], footprint.centroid[1] + lever[1], 0.0], FORCE)
     moment[2] += 1e-5
-    press = new_press(influence, chosen, strength=0.0)
+    springs = foundation_springs(influence) if chosen.contact_law.springs else None
+    press = Press(influence, chosen, springs=springs, strength=0.0)
     found = press.loads([footprint], [Wrench(FORCE, moment)])[0]
     assert not found.approximated
     assert not found.simplified
@@ -144,7 +145,7 @@ def under_a_paraboloid(influence, **options) -> tuple[CellForces, Cells, np.ndar
     chosen = contact_options(influence, cells=COUNT, law="elastic", tilt="fixed", **options)
     moment = np.cross([*MIDDLE, 0.0], FORCE)
     moment[2] += 2e-6
-    press = new_press(influence, chosen, strength=0.0)
+    press = Press(influence, chosen, strength=0.0)
     found = press.loads([Footprint.from_gap(gap, influence.surface)], [Wrench(FORCE, moment)])[0]
     assert not found.approximated
     assert not found.simplified
