@@ -10,7 +10,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1] / "mjtactile"
-GROUND = {"_files", "_installed", "_native", "_progress", "_types"}
+GROUND = {"_installed", "_native", "_progress", "_types"}
 GROUND |= {"errors", "fidelity", "pad", "pad_names", "units", "workers"}
 #: Functions that a user calls with options by name, and commands, whose options typer reads off: see docs/design.md.
 MANY_OPTIONS = {

@@ -16,14 +16,8 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile._files import (
-    METADATA,
-    check_arrays,
-    check_header,
-    make_folder,
-    with_checksums,
-    write_atomically,
-)
+from mjtactile._files import make_folder, write_atomically
+from mjtactile._files.checksums import METADATA, check_arrays, check_header, with_checksums
 from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError
 from mjtactile.fem.symmetry import Parity

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from mjtactile._files import METADATA, check_arrays, check_header, make_folder, with_checksums, write_atomically
+from mjtactile._files import make_folder, write_atomically
+from mjtactile._files.checksums import METADATA, check_arrays, check_header, with_checksums
 from mjtactile.errors import RecognitionError, of_type
 from mjtactile.pad import Pad
 from mjtactile.recognition.symmetry import NEEDED, is_symmetric

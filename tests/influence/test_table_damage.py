@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from small_pads import COARSE, LAYERED_PAD
 
-import mjtactile._files
+import mjtactile._files.checksums
 import mjtactile.influence.table
-from mjtactile._files import checksum
+from mjtactile._files.checksums import checksum
 from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError
 from mjtactile.fidelity import Fidelity
@@ -219,7 +219,7 @@ def test_matrices_made_by_hand_do_not_reach_the_core_misshapen(place, small):
 
 def test_a_file_is_compared_once_per_process_until_it_changes(saved, monkeypatch):
     compared = []
-    monkeypatch.setattr(mjtactile._files, "checksum", lambda table: compared.append(1) or checksum(table))
+    monkeypatch.setattr(mjtactile._files.checksums, "checksum", lambda table: compared.append(1) or checksum(table))
     count = len(json.loads(_about(saved)["checksums"]))
     load_influence(saved)
     load_influence(saved)
