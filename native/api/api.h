@@ -49,6 +49,9 @@ MJT_API void mjt_pad_set_range(mjt_pad* pad, const double* range, const double* 
    and remainder (splines, splines) [m/N], which is the sheet's compliance minus the half space's. */
 MJT_API void mjt_pad_set_compliance(mjt_pad* pad, double factor, size_t count_x, const double* ends_x, size_t count_y,
                                     const double* ends_y, const double* remainder);
+/* Set the additional data for shear: Poisson's ratio of the half space, and the remainder of all components
+   (3, splines, 3, splines) [m/N]. To be called once, before any thread uses the pad. */
+MJT_API void mjt_pad_set_tangential(mjt_pad* pad, double poisson, const double* remainder);
 /* Set the heat map of readings on the surface: tiles (count, 14) of position (3), rotation (9) and half sides (2) [m],
    and the number of the reading that colours each. */
 MJT_API void mjt_pad_set_tiles(mjt_pad* pad, size_t count, const double* tiles, const int32_t* readings);
@@ -73,9 +76,6 @@ MJT_API void mjt_traction_forces(size_t count_x, const double* ends_x, size_t co
    LinearTraction::nodal_forces. edges (count, 2 ends, 2) [m], with the polygon on their left. */
 MJT_API void mjt_nodal_integrals(size_t count_x, const double* ends_x, size_t count_y, const double* ends_y,
                                  size_t count, const double* edges, double* integrals);
-/* Forces on cells [N] in a frictionless contact, see RigidContact. compliance: (cells, cells). 0 if none is found. */
-MJT_API int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, const double* modes,
-                              const double* heights, const double* resultants, double* forces);
 
 /* A body's geometry. */
 MJT_API mjt_body* mjt_body_new(void);
@@ -90,67 +90,20 @@ MJT_API void mjt_body_free(mjt_body* body);
    east, north) [m]; infinite elsewhere. 0 if no part of the body is there. */
 MJT_API int mjt_body_heights(const mjt_body* body, const double* pose, const double* sheet, double floor,
                              double ceiling, size_t count, const double* points, double* heights);
-/* Nodal forces of a body that presses at a pose under a wrench (6). sunk: its overlap with the pad [m]. law and
-   tangential: names for which mjt_knows is true. The other numbers are those of LawOptions. 0 if it is refused. */
-MJT_API int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose, const double* wrench,
-                           double sunk, const char* law, const char* tangential, int tilting, double friction,
-                           double strength, double facing_gap, size_t cells, double* nodal_forces, double* carried);
 
 /* Memory of all wrench bases in this process [bytes]. */
 MJT_API size_t mjt_basis_bytes(void);
 
-/* A rigid triangle mesh. */
-struct mjt_mesh;
-/* From vertices (count, 3) [m] and triangles (triangles, 3), as MuJoCo's model has them; see make_mesh. */
-MJT_API mjt_mesh* mjt_mesh_new(size_t count, const float* vertices, size_t triangles, const int32_t* faces);
-/* From a height field (rows, columns); size (4), see make_height_field. */
-MJT_API mjt_mesh* mjt_mesh_new_field(size_t rows, size_t columns, const double* size, const float* data);
-MJT_API void mjt_mesh_free(mjt_mesh* mesh);
-/* The data of a mesh: counts = (vertices, triangles, closed, facets, loops, points); vertices (count, 3) and triangles
-   (triangles, 3). Its flat facets with a gap, see flat_facets: planes (facets, 5) of normal, offset and area; loops
-   (loops, 2) of facet and number of points; points (points, 3). If `vertices` is null, only counts are set. */
-MJT_API void mjt_mesh_data(const mjt_mesh* mesh, double gap, size_t* counts, double* vertices, int32_t* faces,
-                           double* planes, size_t* loops, double* points);
-/* The lower side of a mesh at a pose over a part (west, south, east, north) of the pad, not below a floor, see
-   TriangleShadow: heights over points (count, 2), infinite if there is no mesh above [m]; and the least height over the
-   part. Writes up to `most` points where the mesh may touch first (most, 3) [m], and returns how many there are; 0 if
-   `most` is. */
-MJT_API size_t mjt_mesh_shadow(const mjt_mesh* mesh, const double* pose, const double* part, double floor,
-                               double reach, size_t count, const double* points, double* heights, double* lowest,
-                               size_t most, double* bottoms);
-
-/* Contact cells of an outline, see FaceCells: corners (corners, 2) of all rings, index at which each ring begins
-   (rings + 1), squares along the axes turned by an angle [rad]. Null if the outline has no cells. */
 struct mjt_cells;
-MJT_API mjt_cells* mjt_face_cells(size_t rings, const size_t* begins, const double* corners, size_t count,
-                                  double angle);
-/* The same along the outline's own direction, see placed_cells. Outlines that differ by a rigid motion only share their
-   cells. widest: see CellCount. place (3): placement of the cells, x, y [m] and angle [rad]. */
+/* Contact cells of an outline along its own direction, see placed_cells: corners (corners, 2) of all rings, index at
+   which each ring begins (rings + 1). Outlines that differ by a rigid motion only share their cells. widest: see
+   CellCount. place (3): placement of the cells, x, y [m] and angle [rad]. Null if the outline has no cells. */
 MJT_API mjt_cells* mjt_placed_cells(size_t rings, const size_t* begins, const double* corners, size_t count,
                                     double widest, double* place);
-/* The data of cells, see Face. sizes (5): numbers of cells, edges, corners of the outline's hull and of the centroids'
-   hull, and whether the outline is convex. quadrature: (cells, 4, 2). If `centroids` is null, only sizes are set. */
-MJT_API void mjt_face_cells_copy(const mjt_cells* cells, size_t* sizes, double* centroids, double* areas,
-                                 double* inverse_distance, double* ends, int32_t* sides, double* corners, double* hull,
-                                 double* quadrature, double* length);
 MJT_API void mjt_face_cells_free(mjt_cells* cells);
-/* An outline placed at (x, y, angle) and clipped at a sheet (west, south, east, north), see clip_outline. cut_corners
-   has room for `room` corners. Returns the number of rings, or -1 if the room is too small. cut_begins: index at which
-   each ring begins (rings + 1). */
-MJT_API int mjt_clip_outline(size_t rings, const size_t* begins, const double* corners, const double* place,
-                             const double* sheet, size_t room, size_t* cut_begins, double* cut_corners);
-/* Set the additional data for shear: Poisson's ratio of the half space, and the remainder of all components
-   (3, splines, 3, splines) [m/N]. To be called once, before any thread uses the pad. */
-MJT_API void mjt_pad_set_tangential(mjt_pad* pad, double poisson, const double* remainder);
 /* Integrals of a half space's response over pairs of cells (6, cells, cells) [m^3]: of 1/r and of ShearIntegrals. edges
    (count, 2 ends, 2) [m], with the cells on their left and right (count, 2), -1 for none. */
 MJT_API void mjt_half_space(size_t cells, size_t edges, const double* ends, const int32_t* sides, double* integrals);
-/* Forces on cells (cells, 3) [N], see SurfaceShear. compliance (3, cells, 3, cells) [m/N]: needed for "stick" and
-   "coulomb", null for "proportional". heights may be null. frame = (middle x, y, length) [m]. Returns bits: 1 refused,
-   2 slides, 4 simplified. */
-MJT_API int mjt_surface_shear(size_t cells, const double* centroids, const double* pressing, const double* heights,
-                              const double* frame, int tilting, const double* compliance, const double* wrench,
-                              const char* tangential, double friction, double* forces);
 
 /* A body's footprint: the part of it that faces the pad, given without MuJoCo. */
 struct mjt_footprint;
@@ -183,13 +136,6 @@ struct mjt_pressed {
 MJT_API void mjt_press_bodies(mjt_press* press, size_t count, const mjt_footprint* const* footprints,
                               const double* wrenches, const double* points, double* nodal_forces,
                               mjt_pressed* pressed);
-/* Cells of one body: centroids (cells, 2) [m], areas [m^2], forces (cells, 3) [N], heights of the body above each [m].
-   Arrays that are not wanted are null. */
-MJT_API void mjt_press_cells(const mjt_press* press, size_t body, double* centroids, double* areas, double* forces,
-                             double* heights);
-/* Edges of the cells of one body, each once (edges, 2 ends, 2) [m], and the cells on their left and right (edges, 2),
-   -1 for none. Returns their number; `ends` may be null if only that is wanted. */
-MJT_API size_t mjt_press_edges(const mjt_press* press, size_t body, double* ends, int32_t* sides);
 /* Edges around the area under pressure of one body, which is on their left (edges, 2 ends, 2) [m]. */
 MJT_API void mjt_press_rim(const mjt_press* press, size_t body, double* ends);
 /* Nodal forces of the parts of a linear contact (parts, nodes y, nodes x, 3) [N], see CellContact::parts. Returns their
@@ -198,3 +144,60 @@ MJT_API void mjt_press_rim(const mjt_press* press, size_t body, double* ends);
 MJT_API size_t mjt_press_parts(mjt_press* press, size_t body, double* nodal_forces);
 /* Weights, under another wrench, of the parts of the last mjt_press_parts. 0 if other cells would press under it. */
 MJT_API int mjt_press_weights(mjt_press* press, const double* wrench, double* weights);
+
+/* What follows are parts of the core that Python calls in tests alone. */
+
+/* Nodal forces of a body that presses at a pose under a wrench (6). sunk: its overlap with the pad [m]. law and
+   tangential: names for which mjt_knows is true. The other numbers are those of LawOptions. 0 if it is refused. */
+MJT_API int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose, const double* wrench,
+                           double sunk, const char* law, const char* tangential, int tilting, double friction,
+                           double strength, double facing_gap, size_t cells, double* nodal_forces, double* carried);
+/* Forces on cells [N] in a frictionless contact, see RigidContact. compliance: (cells, cells). 0 if none is found. */
+MJT_API int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, const double* modes,
+                              const double* heights, const double* resultants, double* forces);
+/* Forces on cells (cells, 3) [N], see SurfaceShear. compliance (3, cells, 3, cells) [m/N]: needed for "stick" and
+   "coulomb", null for "proportional". heights may be null. frame = (middle x, y, length) [m]. Returns bits: 1 refused,
+   2 slides, 4 simplified. */
+MJT_API int mjt_surface_shear(size_t cells, const double* centroids, const double* pressing, const double* heights,
+                              const double* frame, int tilting, const double* compliance, const double* wrench,
+                              const char* tangential, double friction, double* forces);
+/* Cells of one body in the last mjt_press_bodies: centroids (cells, 2) [m], areas [m^2], forces (cells, 3) [N], heights
+   of the body above each [m]. Arrays that are not wanted are null. */
+MJT_API void mjt_press_cells(const mjt_press* press, size_t body, double* centroids, double* areas, double* forces,
+                             double* heights);
+/* Edges of these cells, each once (edges, 2 ends, 2) [m], and the cells on their left and right (edges, 2), -1 for
+   none. Returns their number; `ends` may be null if only that is wanted. */
+MJT_API size_t mjt_press_edges(const mjt_press* press, size_t body, double* ends, int32_t* sides);
+/* Contact cells as mjt_placed_cells has them, but of squares along the axes turned by an angle [rad], see FaceCells. */
+MJT_API mjt_cells* mjt_face_cells(size_t rings, const size_t* begins, const double* corners, size_t count,
+                                  double angle);
+/* The data of cells, see Face. sizes (5): numbers of cells, edges, corners of the outline's hull and of the centroids'
+   hull, and whether the outline is convex. quadrature: (cells, 4, 2). If `centroids` is null, only sizes are set. */
+MJT_API void mjt_face_cells_copy(const mjt_cells* cells, size_t* sizes, double* centroids, double* areas,
+                                 double* inverse_distance, double* ends, int32_t* sides, double* corners, double* hull,
+                                 double* quadrature, double* length);
+/* An outline placed at (x, y, angle) and clipped at a sheet (west, south, east, north), see clip_outline. cut_corners
+   has room for `room` corners. Returns the number of rings, or -1 if the room is too small. cut_begins: index at which
+   each ring begins (rings + 1). */
+MJT_API int mjt_clip_outline(size_t rings, const size_t* begins, const double* corners, const double* place,
+                             const double* sheet, size_t room, size_t* cut_begins, double* cut_corners);
+
+/* A rigid triangle mesh. */
+struct mjt_mesh;
+/* From vertices (count, 3) [m] and triangles (triangles, 3), as MuJoCo's model has them; see make_mesh. */
+MJT_API mjt_mesh* mjt_mesh_new(size_t count, const float* vertices, size_t triangles, const int32_t* faces);
+/* From a height field (rows, columns); size (4), see make_height_field. */
+MJT_API mjt_mesh* mjt_mesh_new_field(size_t rows, size_t columns, const double* size, const float* data);
+MJT_API void mjt_mesh_free(mjt_mesh* mesh);
+/* The data of a mesh: counts = (vertices, triangles, closed, facets, loops, points); vertices (count, 3) and triangles
+   (triangles, 3). Its flat facets with a gap, see flat_facets: planes (facets, 5) of normal, offset and area; loops
+   (loops, 2) of facet and number of points; points (points, 3). If `vertices` is null, only counts are set. */
+MJT_API void mjt_mesh_data(const mjt_mesh* mesh, double gap, size_t* counts, double* vertices, int32_t* faces,
+                           double* planes, size_t* loops, double* points);
+/* The lower side of a mesh at a pose over a part (west, south, east, north) of the pad, not below a floor, see
+   TriangleShadow: heights over points (count, 2), infinite if there is no mesh above [m]; and the least height over the
+   part. Writes up to `most` points where the mesh may touch first (most, 3) [m], and returns how many there are; 0 if
+   `most` is. */
+MJT_API size_t mjt_mesh_shadow(const mjt_mesh* mesh, const double* pose, const double* part, double floor,
+                               double reach, size_t count, const double* points, double* heights, double* lowest,
+                               size_t most, double* bottoms);
