@@ -258,7 +258,7 @@ def _reach(surface: SurfaceGrid) -> float:
     return REACH * surface.thickness * float(np.max(surface.outer.stretch(*corners)))
 
 
-# What follows are functions and classes of the module, not functions in functions: footprints can then be pickled.
+# These are functions and classes of the module, not nested functions, so that footprints can be pickled.
 
 
 def _no_gap(x: Array, _: Array) -> Array:

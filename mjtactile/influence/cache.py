@@ -35,7 +35,7 @@ SHIPPED = Path(__file__).resolve().parent / "tables"
 _REDUCTION_SHARE = 1 / 3
 #: Size of a table that is told before it is built [bytes]; the paper's pad has a compliance of 104 MB at most.
 _LARGE = 2e8
-#: What a table that cannot be used is replaced by.
+#: What happens instead if a table cannot be used, as words for the warning.
 _BUILT, _READ_INSTEAD = "is built anew", "that of the package is read instead"
 #: Waiting for another process that builds: time before the first message, and between messages [s].
 _SILENT_WAIT, _WAIT_BETWEEN_LINES = 2.0, 60.0

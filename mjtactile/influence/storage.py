@@ -37,7 +37,7 @@ class ClassStorage:
 
     def __init__(self, pad: Pad, chosen: Fidelity, sampling: Tables) -> None:
         plain = plain_fidelity(chosen)
-        #: Of the result: the chosen one without reduction, in the precision of the whole matrices.
+        #: Fidelity of the result: the chosen one without reduction, in the precision of the whole matrices.
         self.fidelity = replace(plain, averaging=chosen.averaging, loads=chosen.loads)
         self.sampling = dict(sampling)  #: tables of the remaining sample points
         self._classes = MirrorPlanes(*pad.surface.mirrors).classes

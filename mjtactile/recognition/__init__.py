@@ -106,7 +106,7 @@ def load(
     view = _view(registry, where, layers)
     check_pad(view, pad)
     seen_by = PrincipalComponents.from_stored(view)
-    # Weights of earlier versions have none.
+    # A script of its own stores them, so weights may have none: training/train_familiarity.py.
     known = "familiarity" in registry
     taught = TaughtPresses.from_stored(_stored(registry, "familiarity", where), seen_by.scale) if known else None
     if name != "shape":

@@ -108,11 +108,11 @@ def test_the_outline_runs_around_what_presses(frame: Frame):
 
 def test_the_force_s_arrow_is_mujoco_s_contact_force(frame: Frame):
     for name, force in (("pad0", WEIGHT + 1.0), ("pad1", WEIGHT)):
-        arrow = force_arrow(frame.pads[name].wrench, 0.01)
+        arrow = force_arrow(frame.pads[name].wrench, 0.01, Pad())
         assert arrow is not None
         assert np.allclose(arrow[1] - arrow[0], [0.0, 0.0, -0.01 * force], atol=1e-5)
         assert np.allclose(arrow[0], 0.0, atol=1e-4)
-    assert force_arrow(np.zeros(6), 0.01) is None
+    assert force_arrow(np.zeros(6), 0.01, Pad()) is None
 
 
 def test_the_centre_of_pressure_lies_on_a_curved_surface():
@@ -160,10 +160,10 @@ def test_the_centre_of_pressure_and_the_torsion_about_it():
     place, force, torsion = np.array([2e-3, -1e-3, 0.0]), np.array([0.3, 0.2, -2.0]), 4e-3
     wrench = np.concatenate([force, np.cross(place, force) + np.array([0.0, 0.0, torsion])])
     assert np.allclose(centre_of_pressure(wrench), place)
-    arrow = torsion_arrow(wrench, 5.0)
+    arrow = torsion_arrow(wrench, 5.0, Pad())
     assert arrow is not None
     assert np.allclose(arrow, [place, place + np.array([0.0, 0.0, 5.0 * torsion])])
-    assert torsion_arrow(np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0]), 5.0) is None
+    assert torsion_arrow(np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0]), 5.0, Pad()) is None
     assert np.array_equal(centre_of_pressure(np.array([0.0, 0.0, 1.0, 1.0, 1.0, 0.0])), np.zeros(3))
 
 
@@ -177,4 +177,4 @@ def test_nothing_is_drawn_of_a_pad_that_nothing_touches():
     pad = take_frame(data, pads_of(model)).pads["pad0"]
     assert not pad.readings.any()
     assert pad.outline.shape == (0, 2, 2)
-    assert force_arrow(pad.wrench, 0.01) is None
+    assert force_arrow(pad.wrench, 0.01, Pad()) is None

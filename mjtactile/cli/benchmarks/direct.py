@@ -60,7 +60,7 @@ def solve(pad: Pad, density: MeshDensity, loads: Sequence[SurfaceLoad], *, threa
         nodal = equations.nodal(displacements)
         reaction = (base_stiffness @ nodal.reshape(-1, len(loads))).reshape(nodal.shape)[0]
         surface, base = (field.transpose(3, 2, 0, 1) for field in (nodal[-1], reaction))
-        # What symmetry holds is held by the other half of the pad, not by the base.
+        # Reactions at degrees of freedom that symmetry holds come from the other half of the pad, not from the base.
         return np.moveaxis(stress, -1, 0), surface, np.where(free.reshape(base.shape[1:]), base, 0.0)
 
     with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(threads or available_cores()) as executor:

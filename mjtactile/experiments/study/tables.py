@@ -121,7 +121,7 @@ def paper_direction_error(layers: int) -> float:
 
 
 def direction_errors(direction: dict[str, Any]) -> list[float]:
-    """By initialisation, the mean absolute error over the unknown angles [deg]."""
+    """Mean absolute error over the unknown angles, one for each initialisation [deg]."""
     return np.abs(np.array(direction["recognised_deg"]) - UNKNOWN_ANGLES).mean(axis=1).tolist()
 
 

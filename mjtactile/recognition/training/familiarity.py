@@ -49,7 +49,7 @@ def taught_presses(
         )
     stored = np.sort(rng.choice(stored, min(how.presses, len(stored)), replace=False))
     parts = min(_MOST_PARTS, view.parts.shape[1])
-    # As they are stored.
+    # Rounded to the precision in which they are stored.
     kept = view.see(readings[stored]).features[:, :parts].astype(np.float16).astype(np.float32)
     levels = np.where(rng.random(len(others)) < how.quiet, 0.0, how.noise * rng.random(len(others)) ** 2)
     clean = readings[others]
