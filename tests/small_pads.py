@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from mjtactile.fem.taxel_quadrature import layer_sampling, sampling_tables
@@ -9,6 +11,7 @@ from mjtactile.fidelity import Fidelity, MeshDensity
 from mjtactile.influence.build import build_tables
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Layer, Pad, TaxelGrid
+from mjtactile.pad_shape.surfaces import EllipsoidCap
 
 #: Three elements per half width, three across the thickness: everything is there, nothing takes long.
 COARSE = MeshDensity(
@@ -26,6 +29,8 @@ LAYERED_PAD = Pad(
     depths=(0.9e-3, 1.7e-3, 2.6e-3),
     sampling_radius=0.5e-3,
 )
+#: The same under an ellipsoid.
+DOME = replace(LAYERED_PAD, surface=EllipsoidCap((11e-3, 8e-3, 9e-3)))
 
 
 def in_double_precision(pad: Pad, density: MeshDensity) -> InfluenceMatrices:

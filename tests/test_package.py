@@ -9,12 +9,19 @@ from pathlib import Path
 import pytest
 
 import mjtactile
+import mjtactile.errors
 
 
 @pytest.mark.parametrize("name", mjtactile.__all__)
 def test_every_public_name_resolves(name):
     assert getattr(mjtactile, name) is not None
     assert name in dir(mjtactile)
+
+
+def test_every_error_can_be_caught_as_one_of_ours():
+    errors = {name: one for name, one in vars(mjtactile.errors).items() if name.endswith("Error")}
+    assert len(errors) > 20
+    assert [name for name, one in errors.items() if not issubclass(one, mjtactile.MjTactileError)] == []
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.wrench_basis import WrenchBasis
 from mjtactile.dataset.shapes import sphere_height
-from mjtactile.errors import ContactError, ContactWarning, FootprintError, MjTactileError, PadError
+from mjtactile.errors import ContactError, ContactWarning, MjTactileError, PadError
 from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.surface_load import SurfaceLoad
@@ -335,14 +335,6 @@ def test_wrong_inputs_end_in_an_error_that_says_what_was_expected(draft):
         with pytest.raises(MjTactileError) as caught:
             call()
         assert len(str(caught.value)) > 20, name
-
-
-def test_force_without_footprint_is_an_error_and_footprint_without_force_no_load(draft):
-    with pytest.raises(FootprintError, match="covers none of the pad"):
-        Footprint.from_outline(Polygon(), draft.surface)
-    face = Footprint.from_outline(box(-1e-3, -1e-3, 1e-3, 1e-3), draft.surface)
-    for options in WAYS.values():
-        assert not draft.readings(contact_load(draft, face, np.zeros(3), **options)).any()
 
 
 def test_a_body_smaller_than_the_search_cells_is_found(draft):

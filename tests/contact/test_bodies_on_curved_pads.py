@@ -12,7 +12,7 @@ from scipy.interpolate import RectBivariateSpline
 from scipy.spatial.transform import Rotation
 from shapely import Point, box
 from shapely.affinity import rotate
-from small_pads import COARSE, LAYERED_PAD, in_double_precision
+from small_pads import COARSE, DOME, LAYERED_PAD, in_double_precision
 
 from mjtactile.contact.cells.half_space import bent_responses, flat_responses
 from mjtactile.contact.contact_load import contact_load, contact_loads, warn_beyond_linear_range
@@ -29,7 +29,6 @@ from mjtactile.pad_shape.taxels import FreeTaxels
 
 pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.ContactWarning")
 
-DOME = replace(LAYERED_PAD, surface=EllipsoidCap((11e-3, 8e-3, 9e-3)))
 BALL = 4e-3
 
 

@@ -20,7 +20,7 @@ from shapely import LineString, MultiPolygon, Point, Polygon, affinity, box
 from mjtactile.contact.contact_load import contact_load, contact_loads
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.wrench_basis import WrenchBasis
-from mjtactile.errors import ContactError, ContactWarning, FootprintError, InfluenceError, MjTactileError
+from mjtactile.errors import ContactError, ContactWarning, FootprintError, InfluenceError
 from mjtactile.fem.line import Line
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.fidelity import Fidelity
@@ -558,8 +558,3 @@ def with_nan_at_the_third_corner(corners: np.ndarray) -> np.ndarray:
 def test_bad_outlines_are_refused_with_the_cure(outline, message):
     with pytest.raises(FootprintError, match=message):
         Footprint.from_outline(outline, INFLUENCE.surface)
-
-
-def test_all_errors_are_ours():
-    assert issubclass(FootprintError, MjTactileError)
-    assert issubclass(ContactError, MjTactileError)

@@ -34,7 +34,6 @@ def test_values_are_read_in_millimetres_gram_force_and_degrees():
         ({"contact": [CONTACT], "pressses": 3}, "pressses.*Available"),
         ({"contact": [{**CONTACT, "colour": 1}]}, "colour"),
         ({"contact": [{**CONTACT, "size": [2, 1]}]}, "size"),
-        ({"contact": [{**CONTACT, "tilt": [0, 95]}]}, "tilt"),
         ({"contact": [{**CONTACT, "shapes": []}]}, "shapes"),
         ({"contact": [CONTACT], "fidelity": "best"}, "best.*Available: fast"),
         ({"contact": [CONTACT], "presses": 0}, "presses"),

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 from shapely import Point, box
-from small_pads import COARSE, LAYERED_PAD, in_double_precision
+from small_pads import COARSE, DOME, LAYERED_PAD, in_double_precision
 
 import mjtactile
 from mjtactile.errors import ContactError, PadError, StaleInfluenceError
@@ -26,7 +26,6 @@ from mjtactile.pad_shape.surfaces import EllipsoidCap, SphereCap
 from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.recognition.symmetry import is_symmetric
 
-DOME = replace(LAYERED_PAD, surface=EllipsoidCap((11e-3, 8e-3, 9e-3)))
 MESH = Fidelity(mesh=COARSE)
 
 

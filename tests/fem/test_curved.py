@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from shapely import Point, box
-from small_pads import COARSE, LAYERED_PAD, in_double_precision
+from small_pads import COARSE, DOME, LAYERED_PAD, in_double_precision
 
 from mjtactile.errors import ContactError, FootprintError
 from mjtactile.fem.elements import SweptElements
@@ -24,15 +24,6 @@ from mjtactile.pad_shape.surfaces import CylinderSector, EllipsoidCap, Flat, Sph
 from mjtactile.pad_shape.taxels import FreeTaxels
 
 ONE_STRAIN = 2e-3
-PUSH = np.array([900.0, 0.0, 50.0])
-DOME = Pad(
-    size=(9e-3, 6e-3),
-    layers=LAYERED_PAD.layers,
-    taxels=TaxelGrid(rows=4, columns=5, pitch=(1.5e-3, 1.2e-3), centre=(0.8e-3, -0.5e-3)),
-    depths=(0.9e-3, 1.7e-3, 2.6e-3),
-    sampling_radius=0.5e-3,
-    surface=EllipsoidCap((11e-3, 8e-3, 9e-3)),
-)
 
 
 @dataclass(frozen=True)
@@ -196,10 +187,9 @@ def test_tractions_that_are_none_are_refused(dome):
         SurfaceLoad.from_tractions(dome, Point(1.0, 0).buffer(1e-3), lambda p, n: n)
 
 
-@pytest.mark.parametrize("surface", [None, EllipsoidCap((11e-3, 8e-3, 9e-3))])
-def test_free_taxels_read_as_those_of_a_grid(surface):
+@pytest.mark.parametrize("pad", [LAYERED_PAD, DOME], ids=["flat", "dome"])
+def test_free_taxels_read_as_those_of_a_grid(pad):
     """Points where a grid has its taxels read what the grid reads, in their own order and with balls of their own."""
-    pad = LAYERED_PAD if surface is None else DOME
     points = np.concatenate([pad.taxel_points(k) for k in range(3)])
     order = np.random.default_rng(3).permutation(len(points))
     # Sizes of elements go by the shallowest taxel, so that both have one mesh.

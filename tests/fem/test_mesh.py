@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from mjtactile.errors import MeshError, MeshWarning
 from mjtactile.fem.mesh import sheet_mesh, warn_if_coarser
-from mjtactile.fidelity import MESHES, MeshDensity, mesh_density
+from mjtactile.fidelity import MESHES, MeshDensity
 from mjtactile.pad import FreeTaxels, Layer, Pad, TaxelGrid
 from mjtactile.pad_shape.surfaces import CylinderSector, SphereCap
 
@@ -132,25 +132,3 @@ def test_a_sheet_that_is_fine_enough_keeps_to_most_elements():
     sole = Pad(size=(0.15, 0.08), layers=stack(8e-3), depths=(2e-3,), taxels=GRID, sampling_radius=1e-3)
     mesh = sheet_mesh(sole, MESHES["draft"])
     assert mesh.x.element_count * mesh.y.element_count <= 800
-
-
-def test_an_unknown_mesh_lists_those_that_exist():
-    with pytest.raises(MeshError, match="draft, default, even, fine"):
-        mesh_density("coarse")
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"in_plane_size": 0.0},
-        {"through_size": float("nan")},
-        {"rim_grading": -1.0},
-        {"points_per_axis": ()},
-        {"points_per_axis": (0,)},
-        {"most_elements": 2},
-        {"reference_length": 0.0},
-    ],
-)
-def test_densities_that_make_no_mesh_are_refused(change):
-    with pytest.raises(MeshError):
-        MeshDensity(**{**vars(MESHES["draft"]), **change})

@@ -23,7 +23,7 @@ import mjtactile.influence.cache
 import mjtactile.influence.low_rank
 import mjtactile.influence.provenance
 from mjtactile.attach import attach_pad
-from mjtactile.errors import InfluenceError, InfluenceWarning, MeshError, PresetError
+from mjtactile.errors import InfluenceError, InfluenceWarning, PresetError
 from mjtactile.fidelity import PRESETS, Fidelity, MeshDensity, as_fidelity
 from mjtactile.influence.cache import CACHE_VARIABLE, build_influence, cache_directory, cached_path, influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
@@ -375,11 +375,6 @@ def test_who_waits_for_another_builder_says_for_what(cache, capfd, monkeypatch):
 def test_oblong_layered_pads_are_cached_too():
     first = influence_matrices(LAYERED_PAD, Fidelity(mesh=COARSE), progress=False)
     assert_same(first, influence_matrices(LAYERED_PAD, Fidelity(mesh=COARSE), progress=False, cache=False))
-
-
-def test_unknown_mesh_lists_those_that_exist():
-    with pytest.raises(MeshError, match=r"'coarse' does not exist. Available: draft, default, even, fine"):
-        influence_matrices(fidelity=Fidelity(mesh="coarse"))
 
 
 def test_cache_is_where_the_variable_says(cache, monkeypatch):

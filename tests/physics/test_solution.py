@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.sparse.linalg
-from small_pads import COARSE, LAYERED_PAD, in_double_precision, without_tables
+from small_pads import COARSE, DOME, LAYERED_PAD, in_double_precision, without_tables
 
 from mjtactile._types import Array
 from mjtactile.cli.benchmarks.direct import relative_difference, solve
@@ -25,10 +25,8 @@ from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad
-from mjtactile.pad_shape.surfaces import EllipsoidCap
 
 PADS = {"paper's": Pad(), "layered": LAYERED_PAD}
-CURVED = replace(LAYERED_PAD, surface=EllipsoidCap((11e-3, 8e-3, 9e-3)))
 
 
 def random_load(influence: InfluenceMatrices, seed: int) -> SurfaceLoad:
@@ -61,7 +59,7 @@ def surface_work(displacement: Array, load: SurfaceLoad) -> float:
     return float(np.einsum("yxc,yxc->", displacement, load.forces))
 
 
-@pytest.mark.parametrize("pad", [*PADS.values(), CURVED], ids=[*PADS, "dome"])
+@pytest.mark.parametrize("pad", [*PADS.values(), DOME], ids=[*PADS, "dome"])
 def test_base_carries_the_applied_force_and_moment(pad):
     influence = without_tables(pad, COARSE)
     loads = [oblique_load(influence), random_load(influence, 1)]
@@ -122,13 +120,6 @@ def test_load_over_the_diagonal_gives_stress_over_the_diagonal(coarse_square):
     expected = stress.transpose(0, 1, 3, 2)[[1, 0, 2, 3, 5, 4]]
     np.testing.assert_allclose(swapped_stress, expected, atol=1e-10 * np.abs(stress).max())
     assert relative_difference(readings.transpose(0, 2, 1), readings) > 0.1
-
-
-def test_mirrored_load_gives_mirrored_readings_on_named_meshes(draft):
-    load = random_load(draft, 5)
-    expected = np.flip(draft.readings(load), axis=2)
-    # Tables in single precision.
-    np.testing.assert_allclose(draft.readings(mirrored(load, 0)), expected, rtol=1e-5)
 
 
 @pytest.mark.parametrize("name", ["coarse_square", "layered"])
@@ -196,7 +187,7 @@ def test_quarter_models_together_are_the_full_model(name, request):
     assert relative_difference(quarters.surface_displacement(load), whole) < 1e-11
 
 
-@pytest.mark.parametrize("pad", [*PADS.values(), CURVED], ids=[*PADS, "dome"])
+@pytest.mark.parametrize("pad", [*PADS.values(), DOME], ids=[*PADS, "dome"])
 def test_dissection_solves_the_assembled_equations(pad):
     """Displacements under forces on all unknowns against a sparse direct solution of the whole matrix."""
     elements, equations = whole_pad(pad)
