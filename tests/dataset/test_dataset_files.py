@@ -123,11 +123,6 @@ def test_presses_that_do_not_settle_are_left_out_whatever_reports_them(monkeypat
     np.testing.assert_array_equal(settled["readings"], whole["readings"][[0, 2, 3]])
 
 
-def test_a_transducer_that_does_not_exist_is_refused(tmp_path):
-    with pytest.raises(DatasetError, match=r"'optical'.*capacitive"):
-        make_dataset(replace(SPEC, transducer={"name": "optical"}), tmp_path, progress=False)
-
-
 def test_a_folder_without_presses_says_how_to_make_some(tmp_path):
     with pytest.raises(DatasetError, match="mjtactile dataset"):
         read_dataset(tmp_path)

@@ -45,6 +45,7 @@ def test_values_are_read_in_millimetres_gram_force_and_degrees():
         ({"contact": [{**CONTACT, "size": [1, "x"]}]}, r"size = \[1, 'x'\]; expected \[low, high\]"),
         ({"contact": [{**CONTACT, "tilt": [0, 95]}]}, r"tilt = \[0, 95\] deg; expected values from 0 to 89 deg"),
         ({"contact": [CONTACT], "pad": {"width": 1}}, "width"),
+        ({"contact": [CONTACT], "transducer": {"name": "optical"}}, "'optical'.*capacitive"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name(values, said):

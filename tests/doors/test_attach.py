@@ -273,12 +273,6 @@ def test_a_pads_file_may_be_a_path(tmp_path):
     assert mjtactile.TactileSensor(spec.compile(), "ff").pad == mjtactile.Pad(sampling_radius=0.6e-3)
 
 
-def test_a_name_is_used_once():
-    spec, _ = hand()
-    with pytest.raises(mjtactile.SceneError, match="another name"):
-        mjtactile.attach_pad(spec, body="finger", name="ff")
-
-
 def test_names_of_pads_stay_what_they_are():
     mjtactile.register_pad("mine", mjtactile.Pad())
     with pytest.raises(mjtactile.SceneError, match="another one"):
@@ -297,7 +291,3 @@ def test_names_of_pads_stay_what_they_are():
 def test_what_is_no_pad_is_refused_in_one_line(door):
     with pytest.raises(mjtactile.PadError, match=r"pad is of type int; expected a mjtactile\.Pad"):
         door(3)
-    with pytest.raises(mjtactile.SceneError, match="cannot be the name"):
-        mjtactile.register_pad("pads/mine.mjt", mjtactile.Pad())
-    with pytest.raises(mjtactile.SceneError, match="cannot be the name"):
-        mjtactile.register_pad("{mine}", mjtactile.Pad())

@@ -80,7 +80,7 @@ def test_where_pads_are_named_a_text_names_one_as_well():
         known_pad(__file__)
 
 
-@pytest.mark.parametrize("name", [5, None, "", "a.b", "{a"])
+@pytest.mark.parametrize("name", [5, None, "", "a.b", "pads/mine.mjt", "{a", "{mine}"])
 def test_what_is_no_name_of_a_pad_is_refused(name):
     with pytest.raises(SceneError, match="cannot be the name of a pad"):
         register_pad(name, Pad())

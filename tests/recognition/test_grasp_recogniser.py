@@ -7,6 +7,7 @@ import shapely
 from mjtactile import Footprint, Pad, WrenchBasis, force_vector, influence_matrices
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.recognition import RecognitionError, load
+from mjtactile.recognition.evaluation.arrays import noisy
 
 HALF = 7.5e-3
 
@@ -39,9 +40,7 @@ def wrenches(count, seed):
 def test_force_centre_and_torsion_with_noise(basis, recognise):
     wanted, centre, torsion = wrenches(150, 5)
     readings = np.array([basis.readings(one[:3], one[3:]) for one in wanted])
-    peaks = readings.max(axis=(1, 2, 3))[:, None, None, None]
-    noise = np.random.default_rng(6).standard_normal(readings.shape)
-    found, pressing = recognise(readings + 0.01 * peaks * noise), -wanted[:, 2]
+    found, pressing = recognise(noisy(readings, 0.01, seed=6)), -wanted[:, 2]
     # Medians are what training/train_grasp.py reports of presses held out, or less: these keep clear of the edges.
     assert np.median(np.abs(found.pressing / pressing - 1.0)) < 0.01
     assert np.median(np.linalg.norm(found.force[:, :2] - wanted[:, :2], axis=1) / pressing) < 0.012
@@ -54,8 +53,7 @@ def test_force_centre_and_torsion_with_noise(basis, recognise):
 def test_faces_that_cover_the_pad_are_familiar(basis, recognise, noise):
     wanted, _, _ = wrenches(300, 11)
     readings = np.array([basis.readings(one[:3], one[3:]) for one in wanted])
-    peaks = readings.max(axis=(1, 2, 3))[:, None, None, None]
-    found = recognise(readings + noise * peaks * np.random.default_rng(12).standard_normal(readings.shape)).familiarity
+    found = recognise(noisy(readings, noise, seed=12)).familiarity
     assert found.false_alarms == 0.01
     assert np.mean(~found.familiar) <= 0.03
 
