@@ -101,7 +101,7 @@ def _stop(*_: object) -> None:
 def check(line: list[str], code: int | str, out: str, err: str) -> str:
     """What is wrong with how a command line ended; nothing if all is well."""
     said = [one for one in err.splitlines() if not one.startswith("mjtactile: ") or "error: " in one]
-    said = [one for one in said if "the figure goes without" not in one]
+    said = [one for one in said if "the figure is drawn without the scene" not in one]
     shown = " ".join(word if len(word) < 60 else word[:60] + "..." for word in line)
     if code == 2:
         if len(said) == 1 and said[0].startswith("mjtactile: error: ") and not out:
@@ -134,7 +134,6 @@ def test_odd_command_lines_are_refused_in_one_line_or_done(files, start, stop, m
         ("press blob", "circle"),
         ("press", "SHAPE|shape"),
         ("press missing.stl", "missing.stl"),
-        ("press star --no-such-option", "no-such-option"),
         ("press star --force -5gf", "positive"),
         ("press star --force 5", "100gf"),
         ("press star --force nangf", "force"),
@@ -143,14 +142,13 @@ def test_odd_command_lines_are_refused_in_one_line_or_done(files, start, stop, m
         ("press sphere --scale 1e-3", "--scale is for mesh files"),
         ("press good.stl --scale 0", "--scale.*0 is not a positive number"),
         ("press good.stl --scale nan", "--scale.*nan is not a finite number"),
-        ("press star --shift 20,0", "off|miss"),
         ("press star --shift 1", "1.25,0"),
         ("press star --tilt steep", "--tilt"),
         ("press star --fidelity coarse", "fast, balanced, precise, accurate"),
         ("press star --out /nonexistent/folder/p.npz", "cannot write"),
         ("press star --out p.csv", "ends in .npz"),
         ("press star --tilt 95", "--tilt.*95 degrees do not press; expected more than -90 and less than 90"),
-        ("press star --no-such-option", "See `mjtactile press --help`"),
+        ("press star --no-such-option", "no-such-option.*See `mjtactile press --help`"),
         ("press star --shift 20,0", r"by \(20, 0\) mm misses the pad, which reaches to \(7.5, 7.5\) mm"),
         ("press star --pad nowhere.toml", "'nowhere.toml'.*: there is no such file. Expected lines such as size ="),
         ("press star --pad pipe", "it is a pipe"),
