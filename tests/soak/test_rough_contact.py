@@ -214,3 +214,13 @@ def test_cells_that_are_too_few_to_bear_the_load_are_not_chosen():
         box = f'<geom type="box" size=".003 .005 .003" euler="0 .7853981633974483 0" mass="{force / 9.81}"/>'
         _, carried = at_rest(box, 4.3e-3, (0.01, 0.005, 0.2), "fast")
         assert carried == pytest.approx(1.0), force
+
+
+def test_parts_that_cannot_reach_the_pad_do_not_press_a_face_anew():
+    """A handle leans on its edge. Its recessed base is beside the pad, and would touch a larger one."""
+    handle = '<geom type="box" size=".006 .0045 .004" mass=".02"/>'
+    base = '<geom type="box" size=".006 .02 .004" pos="0 -.03 .0005" mass="0"/>'
+    alone, carried = at_rest(handle, 4.3e-3, (0.04, 0.0, 0.0), "fast")
+    both, _ = at_rest(handle + base, 4.3e-3, (0.04, 0.0, 0.0), "fast")
+    assert carried == pytest.approx(1.0)
+    np.testing.assert_allclose(both, alone, rtol=1e-9, atol=1e-9 * alone.max())

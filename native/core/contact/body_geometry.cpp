@@ -245,8 +245,8 @@ void outermost(const Shape& shape, const double* up, double height, double farth
   }
 }
 
-// Least slope from a side's rim to any other point of the body [-].
-double steepness(const std::vector<Shape>& shapes, const FlatSide& side) {
+// Least slope from a side's rim to any other point of the shapes that count [-].
+double steepness(const std::vector<Shape>& shapes, const std::vector<std::uint8_t>& counts, const FlatSide& side) {
   std::vector<Point> corners;
   for (const auto& ring : side.outline.rings) corners.insert(corners.end(), ring.begin(), ring.end());
   const std::vector<Point> hull = convex_hull(std::move(corners));
@@ -260,7 +260,9 @@ double steepness(const std::vector<Shape>& shapes, const FlatSide& side) {
     farthest = std::max(farthest, std::sqrt(size) + std::sqrt(dot(shape.local.position, shape.local.position)));
   }
   double least = kNowhere;
-  for (const Shape& shape : shapes) {
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    if (!counts[k]) continue;
+    const Shape& shape = shapes[k];
     const auto away = [&](const Vector& point) {
       return distance_to(hull, {dot(side.rotation, point.data()), dot(side.rotation + 3, point.data())});
     };
@@ -278,10 +280,13 @@ double steepness(const std::vector<Shape>& shapes, const FlatSide& side) {
   return least;
 }
 
-// Least height above a side's plane of what else of the body faces the pad, of all that is higher than a gap [m].
-double least_rise(const std::vector<Shape>& shapes, const FlatSide& side, double gap) {
+// Least height above a side's plane of what else of the shapes that count faces the pad, of all that is higher than a
+// gap [m].
+double least_rise(const std::vector<Shape>& shapes, const std::vector<std::uint8_t>& counts, const FlatSide& side,
+                  double gap) {
   double least = kNowhere;
   for (std::size_t k = 0; k < shapes.size(); ++k) {
+    if (!counts[k]) continue;
     const Shape& shape = shapes[k];
     if (!side.shapes[k]) {
       const double rise = least_along(shape, side.up()) - side.height;
@@ -355,6 +360,20 @@ bool gather(const std::vector<Part>& parts, std::size_t first, std::vector<std::
 
 }  // namespace
 
+bool any_below(const std::vector<double>& rises, const std::vector<Shape>& shapes, const Pose& body,
+               const Rectangle& over, double floor, const InclinedPlane& plane) {
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    if (!(rises[k] < kNowhere)) continue;
+    const Rectangle part = part_under(shapes[k], body, over, floor);
+    if (part.is_empty()) continue;
+    // The plane is highest at the corner to which it rises.
+    const double x = plane.slopes[0] > 0.0 ? part.east : part.west;
+    const double y = plane.slopes[1] > 0.0 ? part.north : part.south;
+    if (rises[k] < plane.over(x, y)) return true;
+  }
+  return false;
+}
+
 BodyGeometry::BodyGeometry(std::vector<Shape> shapes, const SideLimits& limits)
     : shapes_(std::move(shapes)), limits_(limits) {
   std::vector<Part> parts;
@@ -384,6 +403,7 @@ const FlatSide* BodyGeometry::side(std::size_t number) {
 
 bool BodyGeometry::look_at(FlatSide& side) const {
   side.others.clear();
+  side.rises.assign(shapes_.size(), kNowhere);
   const double area = side.endless ? kNowhere : signed_area(side.outline);
   if (!(area > 0.0)) return false;
   for (std::size_t k = 0; k < shapes_.size(); ++k) {
@@ -393,8 +413,9 @@ bool BodyGeometry::look_at(FlatSide& side) const {
           area_beside(shape, side.up(), side.height, limits_.facing_gap) > kBeside * area) {
         return false;
       }
-    } else if (least_along(shape, side.up()) - side.height <= limits_.facing_gap) {
-      side.others.push_back(k);
+    } else {
+      side.rises[k] = least_along(shape, side.up()) - side.height;
+      if (side.rises[k] <= limits_.facing_gap) side.others.push_back(k);
     }
   }
   if (side.endless) {
@@ -403,18 +424,29 @@ bool BodyGeometry::look_at(FlatSide& side) const {
   }
   const double width = std::max(side.bounds.east - side.bounds.west, side.bounds.north - side.bounds.south);
   side.most_slope = limits_.level ? kLevel / width : kLean * limits_.facing_gap / width;
-  if (!limits_.level && limits_.leaning) {
-    const double others = kLeanShare * steepness(shapes_, side);
-    side.most_slope = std::max(side.most_slope, std::min(kMostLean, others));
-    side.tips_at = std::max(side.most_slope, others);
-  }
-  if (limits_.leaning) side.sinks_at = least_rise(shapes_, side, limits_.facing_gap);
+  if (limits_.leaning) find_onsets(side);
   auto face = std::make_shared<Face>();
   FaceCells cells;
   if (!cells.make(side.outline, limits_.cells, *face)) return false;
   static_cast<FacePlane&>(*face) = side;
+  face->rises = side.rises;
   side.whole = std::move(face);
   return true;
+}
+
+// Find from which tilt and depth on other parts of the body may touch, and how far the body may lean on the side.
+void BodyGeometry::find_onsets(FlatSide& side) const {
+  const std::vector<std::uint8_t>& own = side.shapes;
+  std::vector<std::uint8_t> others(own.size());
+  std::transform(own.begin(), own.end(), others.begin(), [](std::uint8_t one) { return one ? 0 : 1; });
+  side.own_shapes.depth = least_rise(shapes_, own, side, limits_.facing_gap);
+  side.any_part.depth = std::min(side.own_shapes.depth, least_rise(shapes_, others, side, limits_.facing_gap));
+  if (limits_.level) return;
+  const double own_slope = kLeanShare * steepness(shapes_, own, side);
+  const double slope = std::min(own_slope, kLeanShare * steepness(shapes_, others, side));
+  side.any_part.slope = std::max(side.most_slope, slope);
+  side.most_slope = std::max(side.most_slope, std::min(kMostLean, own_slope));
+  side.own_shapes.slope = std::max(side.most_slope, own_slope);
 }
 
 }  // namespace mjtactile

@@ -20,6 +20,7 @@ struct FlatSide : FacePlane {
   Rectangle bounds;      // of the outline [m]; of no use for an endless side
   std::vector<std::uint8_t> shapes;    // for each of the body's shapes: whether a part of the side belongs to it
   std::vector<std::size_t> others;     // shapes, not of the side, that extend to its plane or beyond; when looked at
+  std::vector<double> rises;           // see Face; when looked at
   bool looked_at = false, usable = false;
   std::shared_ptr<const Face> whole;   // the cells of the whole side; null if it is endless
 
@@ -33,6 +34,11 @@ struct SideLimits {
   bool leaning;          // whether the body may tilt onto sides that lean far
   CellCount cells;       // contact cells on a side
 };
+
+// Whether any of a body's shapes stands out from the pad, by its height above a face, less far than an inclined plane.
+// Only what is within a rectangle and not below a floor [m] counts.
+bool any_below(const std::vector<double>& rises, const std::vector<Shape>& shapes, const Pose& body,
+               const Rectangle& over, double floor, const InclinedPlane& plane);
 
 // Geometry of all geoms of one body. Sides are computed when they are first used.
 class BodyGeometry {
@@ -48,6 +54,7 @@ class BodyGeometry {
 
  private:
   bool look_at(FlatSide& side) const;
+  void find_onsets(FlatSide& side) const;
 
   std::vector<Shape> shapes_;
   std::vector<FlatSide> sides_;

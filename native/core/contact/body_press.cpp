@@ -63,11 +63,19 @@ bool BodyPress::solve(const Touch& touch, const std::shared_ptr<const Face>& fac
   if (is_flat_ && flat_.solve(*face, placement, surface(), touch.wrench, workspace_)) {
     // If the face cannot carry all of the force, other parts of the body touch as well.
     const bool bears = borne_by(flat_.contact()) > kBears * touch.pressing();
-    if (!whole || (bears && !flat_.others_touch())) return true;
+    if (!whole || (bears && !others_touch(touch))) return true;
   }
   is_flat_ = false;
   if (touch.map != nullptr) return press_map(touch);
   return whole && press_shapes(touch);
+}
+
+// Whether the body, pressed on a flat face, comes down so far that other parts of it may touch as well.
+bool BodyPress::others_touch(const Touch& touch) const {
+  if (!flat_.reaches(face_->any_part)) return false;
+  if (flat_.reaches(face_->own_shapes)) return true;
+  const InclinedPlane lowered = flat_.lowered(centre_of_pressure(touch.wrench));
+  return any_below(face_->rises, touch.geometry->shapes(), touch.pose, sheet(), -pad_->depth(), lowered);
 }
 
 // Solve the contact of a body's own shapes. False if none of them faces the pad.

@@ -84,6 +84,7 @@ class BodyPress {
   CellForces on_cells() const { return {forces_.data(), leans_.empty() ? nullptr : leans_.data()}; }
   // Whether the cells are those of the face, which is not cut to another one.
   bool on_whole_face() const { return is_flat_ && &cells() == face_.get(); }
+  bool others_touch(const Touch& touch) const;
   bool press_shapes(const Touch& touch);
   double press_above(const Touch& touch, double floor);
   double press_within(const Touch& touch, double floor, double reach);

@@ -39,15 +39,15 @@ std::shared_ptr<const Face> FacingFaces::towards(const Touch& touch, Placement& 
     if (dot(up, seen.up()) < kFacing) continue;
     FacePlane plane = seen;
     plane.most_slope = 1.0;
-    if (!place(plane, touch.pose, placement) || std::abs(plane_height(plane, touch.pose, at.x, at.y)) > near ||
-        !may_cover(seen, placement)) {
+    if (!place(plane, touch.pose, placement) || std::abs(plane_of(plane, touch.pose).over(at.x, at.y)) > near ||
+        covered(seen, placement).is_empty()) {
       continue;
     }
     const FlatSide* side = body.side(i);
-    if (side == nullptr || !place(*side, touch.pose, placement)) continue;
+    if (side == nullptr || !place(*side, touch.pose, placement) || leans_below_others(*side, touch, placement)) continue;
     // Another part of the body may press as well, unless it is beside the sheet or deeper than the pad.
     if (std::any_of(side->others.begin(), side->others.end(), [&](std::size_t k) {
-          return may_reach(body.shapes()[k], touch.pose, sheet_, -depth_);
+          return !part_under(body.shapes()[k], touch.pose, sheet_, -depth_).is_empty();
         })) {
       continue;
     }
@@ -59,15 +59,25 @@ std::shared_ptr<const Face> FacingFaces::towards(const Touch& touch, Placement& 
   return nullptr;
 }
 
-// Whether the bounding box of a side's outline is over some of the sheet.
-bool FacingFaces::may_cover(const FlatSide& side, const Placement& placement) const {
-  if (side.endless) return true;
+// The part of the sheet under the bounding box of a side's outline.
+Rectangle FacingFaces::covered(const FlatSide& side, const Placement& placement) const {
+  if (side.endless) return sheet_;
   const auto& [west, south, east, north] = side.bounds;
   Rectangle placed = kNoRectangle;
   for (const Point& corner : {Point{west, south}, {east, south}, {east, north}, {west, north}}) {
     placed = around(placed, placement(corner));
   }
-  return placed.meets(sheet_);
+  return common(placed, sheet_);
+}
+
+// Whether a side leans so far that other shapes of the body may be lower.
+bool FacingFaces::leans_below_others(const FlatSide& side, const Touch& touch, const Placement& placement) const {
+  const InclinedPlane plane = plane_of(side, touch.pose);
+  if (std::hypot(plane.slopes[0], plane.slopes[1]) <= side.any_part.slope) return false;
+  const auto [west, south, east, north] = covered(side, placement);
+  const double lowest = plane.over(plane.slopes[0] > 0.0 ? west : east, plane.slopes[1] > 0.0 ? south : north);
+  const InclinedPlane below = {{-plane.slopes[0], -plane.slopes[1]}, lowest - plane.height};
+  return any_below(side.rises, touch.geometry->shapes(), touch.pose, sheet_, -depth_, below);
 }
 
 // A side of a body, cut at the sheet's edge. Null if nothing of it is over the sheet.
@@ -107,6 +117,7 @@ std::shared_ptr<const Face> FacingFaces::make(const FlatSide& whole, const CutPl
   auto face = std::make_shared<Face>();
   if (!cutter_.make(outline, cells_, *face, angle)) return nullptr;
   static_cast<FacePlane&>(*face) = whole;
+  face->rises = whole.rises;
   face->cut = true;
   return face;
 }

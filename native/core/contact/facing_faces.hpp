@@ -36,7 +36,8 @@ class FacingFaces {
   std::shared_ptr<const Face> cut(const Touch& touch, std::size_t side, const Placement& placement);
   std::shared_ptr<const Face> make(const FlatSide& whole, const CutPlace& place);
   bool over_sheet(const Face& face, const Placement& placement) const;
-  bool may_cover(const FlatSide& side, const Placement& placement) const;
+  Rectangle covered(const FlatSide& side, const Placement& placement) const;
+  bool leans_below_others(const FlatSide& side, const Touch& touch, const Placement& placement) const;
 
   Rectangle sheet_;
   double depth_;

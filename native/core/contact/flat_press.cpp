@@ -77,11 +77,15 @@ bool FlatPress::solve(const Face& face, const Placement& placement, const Contac
   return true;
 }
 
-bool FlatPress::others_touch() const {
-  const double tilt = on_part_ ? part_.tilt() : std::hypot(whole_.slopes()[0], whole_.slopes()[1]);
-  // A part at the distance d and height h above the face touches if depth + tilt d > h. No part is lower than sinks_at,
-  // and none has a smaller h / d than tips_at.
-  return tilt / face_->tips_at + contact().indentation() / face_->sinks_at > 1.0;
+bool FlatPress::reaches(const Onset& onset) const {
+  const InclinedPlane plane = lowered({0.0, 0.0});
+  return onset.reached(std::hypot(plane.slopes[0], plane.slopes[1]), contact().indentation());
+}
+
+InclinedPlane FlatPress::lowered(const Point& at) const {
+  const InclinedPlane tilted = on_part_ ? part_.reached() : InclinedPlane{{whole_.slopes()[0], whole_.slopes()[1]}, 0.0};
+  const auto [x, y] = tilted.slopes;
+  return {{x, y}, contact().indentation() - x * at.x - y * at.y};
 }
 
 void FlatPress::press_again(const ContactSurface& surface, const double* wrench, const std::vector<double>& sunk,

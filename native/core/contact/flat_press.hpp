@@ -35,8 +35,10 @@ class FlatPress {
   // Plane from which these heights are measured.
   const HeightWindow& view() const { return part_.view(); }
   const Face& face() const { return on_part_ ? part_.face() : *face_; }
-  // Whether the body sinks in or tilts so far that other parts of it may touch as well.
-  bool others_touch() const;
+  // Whether the body sinks in or tilts as far as parts beside the face may touch.
+  bool reaches(const Onset& onset) const;
+  // How far the face comes down where it is deepest at most, if the load passes through a point [m].
+  InclinedPlane lowered(const Point& at) const;
 
  private:
   const Face* face_ = nullptr;

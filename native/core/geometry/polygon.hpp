@@ -26,6 +26,7 @@ struct Rectangle {
   bool meets(const Rectangle& other) const {
     return west <= other.east && east >= other.west && south <= other.north && north >= other.south;
   }
+  bool is_empty() const { return !(west <= east && south <= north); }
   double area() const { return (east - west) * (north - south); }
   Point middle() const { return {(west + east) / 2, (south + north) / 2}; }
   // Its point that is nearest to another one.
@@ -39,7 +40,7 @@ struct Rectangle {
   }
 };
 
-// Intersection of two rectangles. If it is empty, west is beyond east or south beyond north.
+// Intersection of two rectangles.
 inline Rectangle common(const Rectangle& a, const Rectangle& b) {
   return {std::max(a.west, b.west), std::max(a.south, b.south), std::min(a.east, b.east), std::min(a.north, b.north)};
 }

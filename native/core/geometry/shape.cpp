@@ -55,23 +55,21 @@ double reach_along(ShapeKind kind, const double* size, const double* direction) 
   }
 }
 
-bool may_reach(const Shape& shape, const Pose& body, const Rectangle& over, double floor) {
-  const Pose pose = composed(body, shape.local);
-  const double* turn = pose.rotation;
-  if (shape.kind == ShapeKind::half_space) {
-    const double normal[3] = {turn[2], turn[5], turn[8]};
-    if (!(normal[2] > 0.0)) return true;
-    // It is highest at the corner to which it rises.
-    const double x = (normal[0] < 0.0 ? over.east : over.west) - pose.position[0];
-    const double y = (normal[1] < 0.0 ? over.north : over.south) - pose.position[1];
-    return pose.position[2] - (normal[0] * x + normal[1] * y) / normal[2] >= floor;
-  }
+namespace {
+
+struct BoundingBox {
+  Rectangle seen;   // from above
+  double highest;   // [m]
+};
+
+// Bounding box in the pad frame of a shape, other than a half space, at a pose there. It is empty for an empty mesh.
+BoundingBox bounding_box(const Shape& shape, const Pose& pose) {
   double middle[3] = {}, half[3] = {shape.size[0], shape.size[1], shape.size[2]};
   switch (shape.kind) {
     case ShapeKind::capsule: half[1] = half[0], half[2] = half[0] + shape.size[1]; break;
     case ShapeKind::cylinder: half[1] = half[0], half[2] = shape.size[1]; break;
     case ShapeKind::triangles:
-      if (shape.mesh->boxes.empty()) return false;
+      if (shape.mesh->boxes.empty()) return {kNoRectangle, -kNowhere};
       for (int k = 0; k < 3; ++k) {
         middle[k] = (shape.mesh->boxes[0].low[k] + shape.mesh->boxes[0].high[k]) / 2;
         half[k] = (shape.mesh->boxes[0].high[k] - shape.mesh->boxes[0].low[k]) / 2;
@@ -83,12 +81,28 @@ bool may_reach(const Shape& shape, const Pose& body, const Rectangle& over, doub
   for (int i = 0; i < 3; ++i) {
     double at = pose.position[i], around = 0.0;
     for (int k = 0; k < 3; ++k) {
-      at += turn[3 * i + k] * middle[k];
-      around += std::abs(turn[3 * i + k]) * half[k];
+      at += pose.rotation[3 * i + k] * middle[k];
+      around += std::abs(pose.rotation[3 * i + k]) * half[k];
     }
     low[i] = at - around, high[i] = at + around;
   }
-  return over.meets({low[0], low[1], high[0], high[1]}) && high[2] >= floor;
+  return {{low[0], low[1], high[0], high[1]}, high[2]};
+}
+
+}  // namespace
+
+Rectangle part_under(const Shape& shape, const Pose& body, const Rectangle& over, double floor) {
+  const Pose pose = composed(body, shape.local);
+  if (shape.kind == ShapeKind::half_space) {
+    const double normal[3] = {pose.rotation[2], pose.rotation[5], pose.rotation[8]};
+    if (!(normal[2] > 0.0)) return over;
+    // It is highest at the corner to which it rises.
+    const double x = (normal[0] < 0.0 ? over.east : over.west) - pose.position[0];
+    const double y = (normal[1] < 0.0 ? over.north : over.south) - pose.position[1];
+    return pose.position[2] - (normal[0] * x + normal[1] * y) / normal[2] >= floor ? over : kNoRectangle;
+  }
+  const BoundingBox box = bounding_box(shape, pose);
+  return box.highest >= floor ? common(over, box.seen) : kNoRectangle;
 }
 
 void PlacedShape::place(const Shape& shape, const Pose& body, const Rectangle& part, const HeightRange& range) {

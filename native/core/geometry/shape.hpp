@@ -100,7 +100,7 @@ double reach_along(ShapeKind kind, const double* size, const double* direction);
 // The pose of a shape in the pad frame, from its body's pose there and its own pose in the body's frame.
 Pose composed(const Pose& body, const Pose& local);
 
-// Whether a shape's bounding box, or a half space itself, has parts over a rectangle that are not below a floor [m].
-bool may_reach(const Shape& shape, const Pose& body, const Rectangle& over, double floor);
+// The part of a rectangle under a shape's bounding box, or under a half space; empty if all of that is below a floor [m].
+Rectangle part_under(const Shape& shape, const Pose& body, const Rectangle& over, double floor);
 
 }  // namespace mjtactile

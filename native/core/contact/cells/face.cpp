@@ -78,11 +78,12 @@ void nodal_forces(const Face& face, const Placement& placement, const SurfaceGri
   grid.traction_forces(work.edges.data(), work.edges.size(), work.grid, nodal);
 }
 
-double plane_height(const FacePlane& face, const Pose& pose, double x, double y) {
+InclinedPlane plane_of(const FacePlane& face, const Pose& pose) {
   double normal[3], point[3];
   rotate(pose.rotation, face.rotation + 6, normal);
   for (int i = 0; i < 3; ++i) point[i] = pose.position[i] + normal[i] * face.height;
-  return point[2] - (normal[0] * (x - point[0]) + normal[1] * (y - point[1])) / normal[2];
+  const double x = -normal[0] / normal[2], y = -normal[1] / normal[2];
+  return {{x, y}, point[2] - x * point[0] - y * point[1]};
 }
 
 }  // namespace mjtactile

@@ -32,19 +32,28 @@ void each_side(const CellEdge& edge, Visit&& visit) {
 // Add an edge, unless its ends are equal.
 void add_edge(const CellEdge& edge, std::vector<CellEdge>& edges);
 
+// Slope [-] and depth [m] from which on parts of a body beside a face may touch as well.
+struct Onset {
+  double slope = std::numeric_limits<double>::infinity();
+  double depth = std::numeric_limits<double>::infinity();
+
+  // A part at the distance d and height h above the face touches if depth + slope d > h. No part is lower than `depth`,
+  // and none has a smaller h / d than `slope`.
+  bool reached(double tilt, double sunk) const { return tilt / slope + sunk / depth > 1.0; }
+};
+
 // The plane of a flat face of a body. The face's frame is parallel to the pad's when the face lies flat on the pad,
 // except for a rotation about z.
 struct FacePlane {
   double rotation[9] = {};   // from the body's frame to the face's, row-major
   double height = 0.0;       // z of the face in its own frame [m]
   double most_slope = 0.0;   // largest slope at which the body faces the pad with this face alone [-]
-  // Slope [-] and depth [m] from which on other parts of the body may touch as well.
-  double tips_at = std::numeric_limits<double>::infinity();
-  double sinks_at = std::numeric_limits<double>::infinity();
+  Onset any_part, own_shapes;   // of all of the body, and of the shapes of which the face is a part
 };
 
 // Contact cells of a flat face. Points, edges and hulls are in the face's frame [m]. Immutable once made, and shared.
 struct Face : FacePlane {
+  std::vector<double> rises;             // least heights above the face of the body's other shapes [m]; infinite for own
   std::vector<Point> centroids;
   std::vector<double> areas;             // [m^2]
   std::vector<Point> quadrature;         // four points per cell whose mean integrates quadratic functions, or empty
@@ -84,7 +93,7 @@ struct TractionWork {
 void nodal_forces(const Face& face, const Placement& placement, const SurfaceGrid& grid, const CellForces& forces,
                   TractionWork& work, double* nodal);
 
-// Height of the face's plane over (x, y) [m].
-double plane_height(const FacePlane& face, const Pose& pose, double x, double y);
+// The face's plane over the pad.
+InclinedPlane plane_of(const FacePlane& face, const Pose& pose);
 
 }  // namespace mjtactile
