@@ -19,6 +19,9 @@ constexpr char kPieceSuffix[] = "_piece_";
 // Cosine of the largest angle between the normals of a contact and of the surface. Other contacts press on the pad's
 // side.
 constexpr double kLeastUpright = 0.70710678118654752440;
+// A pad's side is within this share of its size from its rim. Contacts further inside are with walls between its pieces:
+// MuJoCo pushes a body that is in two pieces out of one of them sideways, against the other.
+constexpr double kSideShare = 0.05;
 // Positions [m] and rotations [-] are rounded to multiples of these. Otherwise rounding errors, which depend on the
 // place of the world's origin, would decide on which cells a body's sides lie.
 constexpr double kPlaceStep = 0x1p-44, kTurnStep = 0x1p-38;
@@ -246,7 +249,9 @@ void Contacts::gather(const Model* model, const Data* data, const std::vector<in
     normal_at(surface, seen.point, out);
     const double upright = dot(out, seen.out_of_pad), pressing = -dot(out, seen.wrench);
     if (upright < -kLeastUpright) behind.push_back(body);
-    if (upright < kLeastUpright) {
+    const bool inside = surface.sheet().larger(-kSideShare).holds(seen.point[0], seen.point[1]);
+    const bool between_pieces = pieces.size() > 1 && inside && upright >= -kLeastUpright;
+    if (upright < kLeastUpright && !between_pieces) {
       beside_.push_back({body, {}, {}});
       if (body >= 0) beside_.back().pose = body_pose(data, body, frame);
       std::copy(seen.wrench, seen.wrench + 6, beside_.back().wrench);
@@ -256,7 +261,7 @@ void Contacts::gather(const Model* model, const Data* data, const std::vector<in
     for (int k = 0; k < 6; ++k) touch.wrench[k] += seen.wrench[k];
     // MuJoCo looks for contacts of signed distance functions at a few points, so they do not tell how deep the body is.
     const bool sampled = other >= 0 && ints(model, layout.model_geom_type)[other] == kSdf;
-    const double sunk = -field<double>(contact, layout.contact_dist) / upright;
+    const double sunk = -field<double>(contact, layout.contact_dist) / std::max(upright, kLeastUpright);
     touch.sunk = std::max(touch.sunk, sampled ? std::numeric_limits<double>::infinity() : sunk);
     const double* friction = &field<double>(contact, layout.contact_friction);
     touch.friction = std::max({touch.friction, friction[0], friction[1]});

@@ -398,3 +398,34 @@ def test_pieces_of_a_hollow_are_one_pad():
     np.testing.assert_allclose(carried[2], wrench[2], rtol=1e-6)
     assert wrench[2] == pytest.approx(-0.2, rel=1e-3)
     assert readings.max() > 0.0
+
+
+def test_walls_between_pieces_do_not_hold_a_body_up():
+    """A box falls into a hollow. MuJoCo pushes it sideways out of one piece, against the slope of another.
+
+    Without the forces of the walls, the slope's force would be read alone, up to 40 times the box's own.
+    """
+    pad = HOLLOWS["bowl"]
+    spec = mujoco.MjSpec.from_string(
+        """<mujoco>
+             <option cone="elliptic" integrator="implicitfast" timestep="5e-4" gravity="0 0 0"/>
+             <worldbody>
+               <body name="box" pos=".001 .0005 .0055" euler="3 1 0">
+                 <freejoint/><geom type="box" size=".003 .003 .003" mass=".05"/>
+               </body>
+             </worldbody>
+           </mujoco>"""
+    )
+    mjtactile.attach_pad(spec, body="world", name="t", pad=pad, fidelity="fast", output=OUTPUT)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.body("box").xfrc_applied[2] = -1.0
+    data.qvel[2] = -0.5
+    touched = lost = 0
+    for _ in range(300):
+        mujoco.mj_step(model, data)
+        _, wrench, carried = parts(data, pad)
+        touched += bool(wrench.any())
+        lost += bool(np.linalg.norm(carried[:3] - wrench[:3]) > 0.05 * np.linalg.norm(wrench[:3]))
+    assert touched > 250
+    assert lost <= 0.02 * touched
