@@ -429,3 +429,36 @@ def test_walls_between_pieces_do_not_hold_a_body_up():
         lost += bool(np.linalg.norm(carried[:3] - wrench[:3]) > 0.05 * np.linalg.norm(wrench[:3]))
     assert touched > 250
     assert lost <= 0.02 * touched
+
+
+def test_a_plate_on_a_fingertips_rim_tilts_along_it():
+    """The rim's cells lie in a row, which leaves the tilt across it open, but tells the tilt along it."""
+    pad = next(one.pad for one in hand("shadow").pads if one.shape == "middle")
+    spec = mujoco.MjSpec.from_string(
+        """<mujoco>
+             <option cone="elliptic" gravity="0 0 0"/>
+             <worldbody>
+               <body name="plate" pos="0 0 .1"><freejoint/><geom type="box" size=".03 .03 .003" mass="1"/></body>
+             </worldbody>
+           </mujoco>"""
+    )
+    mjtactile.attach_pad(spec, body="world", name="t", pad=pad, output=None)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    few, many = (
+        mjtactile.TactileSensor(model, pad, geom="t_pad", fidelity=replace(PRESETS["fast"], cells=cells))
+        for cells in (20, 1000)
+    )
+    rim = pad.size[0] / 2
+    lean = np.arccos(pad.surface.normals(rim, 0.0)[2]) + np.radians(3.0)
+    normal = np.array([np.sin(lean), 0.0, np.cos(lean)])
+    low, high = -3e-4, 1e-4
+    for _ in range(40):
+        middle = (low + high) / 2
+        data.qpos[:3] = pad.surface.positions(rim, 0.0) + [0.0, 2e-3, 0.0] + (3e-3 + middle) * normal
+        data.qpos[3:] = [np.cos(lean / 2), 0.0, np.sin(lean / 2), 0.0]
+        data.qvel[:] = data.qacc_warmstart[:] = 0.0
+        mujoco.mj_forward(model, data)
+        low, high = (middle, high) if np.linalg.norm(few.wrench(data)[:3]) > 0.02 else (low, middle)
+    expected = many.read(data)
+    assert np.linalg.norm(few.read(data) - expected) <= 0.15 * np.linalg.norm(expected)

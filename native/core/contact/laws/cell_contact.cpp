@@ -180,6 +180,25 @@ void CellContact::set_most(const std::vector<double>& areas, Workspace& workspac
   for (std::size_t i = 0; i < areas.size(); ++i) workspace.most[i] = strength_ * areas[i];
 }
 
+// Leave of a tilt the part along the pressed cells' longest direction, if it is at most `most`.
+void CellContact::drop_open_tilt(double most, double* slopes) const {
+  Point middle = {0.0, 0.0};
+  double count = 0.0;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (!found_.pressed[i]) continue;
+    middle.x += points_[i].x, middle.y += points_[i].y, count += 1.0;
+  }
+  double xx = 0.0, xy = 0.0, yy = 0.0;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (!found_.pressed[i]) continue;
+    const double x = points_[i].x - middle.x / count, y = points_[i].y - middle.y / count;
+    xx += x * x, xy += x * y, yy += y * y;
+  }
+  const double angle = std::atan2(2.0 * xy, xx - yy) / 2.0, c = std::cos(angle), s = std::sin(angle);
+  const double along = c * slopes[0] + s * slopes[1], kept = std::abs(along) <= most ? along : 0.0;
+  slopes[0] = kept * c, slopes[1] = kept * s;
+}
+
 // Compute how deep the contact is and its energy, and drop a tilt that the pressed cells do not determine.
 void CellContact::measure(const Face& face, const ContactLaw& law, const Matrix& between, const double* heights) {
   indentation_ = lowered_ = energy_ = 0.0;
@@ -193,7 +212,8 @@ void CellContact::measure(const Face& face, const ContactLaw& law, const Matrix&
   double widest = 0.0;   // squared
   for (const Point& point : points_) widest = std::max(widest, point.x * point.x + point.y * point.y);
   double* slopes = found_.slopes;
-  if (std::hypot(slopes[0], slopes[1]) * std::sqrt(widest) > kOpenTilt * indentation_) slopes[0] = slopes[1] = 0.0;
+  const double most = kOpenTilt * indentation_ / std::sqrt(widest);
+  if (std::hypot(slopes[0], slopes[1]) > most) drop_open_tilt(most, slopes);
   slopes[0] /= length_;
   slopes[1] /= length_;
 }

@@ -113,6 +113,7 @@ class CellContact {
   const std::vector<double>& normal() const { return found_.normal; }
 
  private:
+  void drop_open_tilt(double most, double* slopes) const;
   // The line on which cells in a row lie. Forces at their middles have no moment about it, so no tilt about it is
   // determined. Rounding of their places must not seem to determine one.
   class Row {
