@@ -46,7 +46,7 @@ _FIELDS = (
 _OPTIONAL = (("mjData", "body_awake"), ("mjModel", "sensor_history"))
 #: Functions in the order of `Functions` in native/plugin/mujoco_view.hpp.
 FUNCTIONS = ("mj_contactForce", "mj_getPluginConfig", "mju_warning", "mjp_registerPlugin", "mjv_initGeom")
-#: Those that follow, which MuJoCo has from 4.0 on: they run tasks on the threads of a simulation's pool.
+#: Those that follow, which older versions of MuJoCo, such as 3.8, lack. They run tasks on a simulation's threads.
 OPTIONAL_FUNCTIONS = ("mju_dispatch", "mju_numThread")
 
 
