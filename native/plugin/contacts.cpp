@@ -19,8 +19,8 @@ constexpr char kPieceSuffix[] = "_piece_";
 // Cosine of the largest angle between the normals of a contact and of the surface. Other contacts press on the pad's
 // side.
 constexpr double kLeastUpright = 0.70710678118654752440;
-// A pad's side is within this share of its size from its rim. Contacts further inside are with walls between its pieces:
-// MuJoCo pushes a body that is in two pieces out of one of them sideways, against the other.
+// A pad's side is within this share of its size from its rim. Contacts further inside are with walls between its
+// pieces: MuJoCo pushes a body that is in two pieces out of one of them sideways, against the other.
 constexpr double kSideShare = 0.05;
 // Positions [m] and rotations [-] are rounded to multiples of these. Otherwise rounding errors, which depend on the
 // place of the world's origin, would decide on which cells a body's sides lie.
@@ -249,8 +249,8 @@ void Contacts::gather(const Model* model, const Data* data, const std::vector<in
     normal_at(surface, seen.point, out);
     const double upright = dot(out, seen.out_of_pad), pressing = -dot(out, seen.wrench);
     if (upright < -kLeastUpright) behind.push_back(body);
-    const bool inside = surface.sheet().larger(-kSideShare).holds(seen.point[0], seen.point[1]);
-    const bool between_pieces = pieces.size() > 1 && inside && upright >= -kLeastUpright;
+    const bool between_pieces = pieces.size() > 1 && upright >= -kLeastUpright &&
+                                surface.sheet().larger(-kSideShare).holds(seen.point[0], seen.point[1]);
     if (upright < kLeastUpright && !between_pieces) {
       beside_.push_back({body, {}, {}});
       if (body >= 0) beside_.back().pose = body_pose(data, body, frame);

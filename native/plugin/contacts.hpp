@@ -32,8 +32,8 @@ class Contacts {
   bool passive = false;      // whether a flex touches with passive contacts, of which MuJoCo tells no force
 
   // Gather the contacts of a state. A contact whose normal leans far from that of the outer surface presses on a side
-  // of the pad or on its rim from beside. Such contacts, and those that do not press, count in the wrench only. If it is
-  // with a wall between the pad's pieces, it is a part of what the body presses with.
+  // of the pad or on its rim from beside. Such contacts, and those that do not press, count in the wrench only. But
+  // contacts with walls between the pad's pieces are a part of what the body presses with.
   // Contacts of other geoms of the pad's body are ignored. Overlap and pressing force are measured along the outer
   // surface's normal. `last_hold`: whether the contacts gathered last still hold where neither the pad's body nor the
   // other is awake, and both are where they were. MuJoCo has no contacts between such bodies.

@@ -280,20 +280,13 @@ double steepness(const std::vector<Shape>& shapes, const std::vector<std::uint8_
   return least;
 }
 
-// Least height above a side's plane of what else of the shapes that count faces the pad, of all that is higher than a
+// Least height above a side's plane of what else of the side's own shapes faces the pad, of all that is higher than a
 // gap [m].
-double least_rise(const std::vector<Shape>& shapes, const std::vector<std::uint8_t>& counts, const FlatSide& side,
-                  double gap) {
+double least_rise(const std::vector<Shape>& shapes, const FlatSide& side, double gap) {
   double least = kNowhere;
   for (std::size_t k = 0; k < shapes.size(); ++k) {
-    if (!counts[k]) continue;
     const Shape& shape = shapes[k];
-    if (!side.shapes[k]) {
-      const double rise = least_along(shape, side.up()) - side.height;
-      if (rise > gap) least = std::min(least, rise);
-      continue;
-    }
-    if (shape.kind != ShapeKind::triangles) continue;
+    if (!side.shapes[k] || shape.kind != ShapeKind::triangles) continue;
     double own[3];
     rotate_back(shape.local.rotation, side.up(), own);
     const double plane = side.height - dot(shape.local.position, side.up());
@@ -439,8 +432,10 @@ void BodyGeometry::find_onsets(FlatSide& side) const {
   const std::vector<std::uint8_t>& own = side.shapes;
   std::vector<std::uint8_t> others(own.size());
   std::transform(own.begin(), own.end(), others.begin(), [](std::uint8_t one) { return one ? 0 : 1; });
-  side.own_shapes.depth = least_rise(shapes_, own, side, limits_.facing_gap);
-  side.any_part.depth = std::min(side.own_shapes.depth, least_rise(shapes_, others, side, limits_.facing_gap));
+  side.own_shapes.depth = side.any_part.depth = least_rise(shapes_, side, limits_.facing_gap);
+  for (const double rise : side.rises) {
+    if (rise > limits_.facing_gap) side.any_part.depth = std::min(side.any_part.depth, rise);
+  }
   if (limits_.level) return;
   const double own_slope = kLeanShare * steepness(shapes_, own, side);
   const double slope = std::min(own_slope, kLeanShare * steepness(shapes_, others, side));

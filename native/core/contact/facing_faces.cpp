@@ -44,7 +44,8 @@ std::shared_ptr<const Face> FacingFaces::towards(const Touch& touch, Placement& 
       continue;
     }
     const FlatSide* side = body.side(i);
-    if (side == nullptr || !place(*side, touch.pose, placement) || leans_below_others(*side, touch, placement)) continue;
+    if (side == nullptr || !place(*side, touch.pose, placement)) continue;
+    if (leans_below_others(*side, touch, placement)) continue;
     // Another part of the body may press as well, unless it is beside the sheet or deeper than the pad.
     if (std::any_of(side->others.begin(), side->others.end(), [&](std::size_t k) {
           return !part_under(body.shapes()[k], touch.pose, sheet_, -depth_).is_empty();

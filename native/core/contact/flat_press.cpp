@@ -78,14 +78,14 @@ bool FlatPress::solve(const Face& face, const Placement& placement, const Contac
 }
 
 bool FlatPress::reaches(const Onset& onset) const {
-  const InclinedPlane plane = lowered({0.0, 0.0});
-  return onset.reached(std::hypot(plane.slopes[0], plane.slopes[1]), contact().indentation());
+  const double tilt = on_part_ ? part_.tilt() : std::hypot(whole_.slopes()[0], whole_.slopes()[1]);
+  return onset.reached(tilt, contact().indentation());
 }
 
 InclinedPlane FlatPress::lowered(const Point& at) const {
-  const InclinedPlane tilted = on_part_ ? part_.reached() : InclinedPlane{{whole_.slopes()[0], whole_.slopes()[1]}, 0.0};
-  const auto [x, y] = tilted.slopes;
-  return {{x, y}, contact().indentation() - x * at.x - y * at.y};
+  const InclinedPlane on_part = on_part_ ? part_.reached() : InclinedPlane{};
+  const double* slopes = on_part_ ? on_part.slopes : whole_.slopes();
+  return {{slopes[0], slopes[1]}, contact().indentation() - slopes[0] * at.x - slopes[1] * at.y};
 }
 
 void FlatPress::press_again(const ContactSurface& surface, const double* wrench, const std::vector<double>& sunk,

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "contact/laws/cell_contact.hpp"
+#include "linalg/angles.hpp"
 #include "linalg/dense.hpp"
 #include "linalg/kernels.hpp"
 
@@ -112,7 +113,7 @@ void PatchFace::replace(const Lattice& lattice, const CoveredPart& covered, Cell
   const double mean = (covered.xx + covered.yy) / 2, apart = std::hypot((covered.xx - covered.yy) / 2, covered.xy);
   double longer = covered.xx, shorter = covered.yy;
   if (mean + apart > kSlanted * (mean - apart)) {
-    const double angle = 0.5 * std::atan2(2.0 * covered.xy, covered.xx - covered.yy);
+    const double angle = principal_angle(covered.xx, covered.xy, covered.yy);
     const double c = std::cos(angle), s = std::sin(angle);
     cell.cosine = lattice.cosine * c - lattice.sine * s;
     cell.sine = lattice.sine * c + lattice.cosine * s;

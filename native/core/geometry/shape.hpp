@@ -100,7 +100,8 @@ double reach_along(ShapeKind kind, const double* size, const double* direction);
 // The pose of a shape in the pad frame, from its body's pose there and its own pose in the body's frame.
 Pose composed(const Pose& body, const Pose& local);
 
-// The part of a rectangle under a shape's bounding box, or under a half space; empty if all of that is below a floor [m].
+// The part of a rectangle under a shape's bounding box, or under a half space. It is empty if all of that is below a
+// floor [m].
 Rectangle part_under(const Shape& shape, const Pose& body, const Rectangle& over, double floor);
 
 }  // namespace mjtactile

@@ -53,7 +53,8 @@ struct FacePlane {
 
 // Contact cells of a flat face. Points, edges and hulls are in the face's frame [m]. Immutable once made, and shared.
 struct Face : FacePlane {
-  std::vector<double> rises;             // least heights above the face of the body's other shapes [m]; infinite for own
+  // For each of the body's shapes, its least height above the face [m]; infinite for those of which the face is a part.
+  std::vector<double> rises;
   std::vector<Point> centroids;
   std::vector<double> areas;             // [m^2]
   std::vector<Point> quadrature;         // four points per cell whose mean integrates quadratic functions, or empty

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "linalg/angles.hpp"
+
 namespace mjtactile {
 namespace {
 
@@ -429,7 +431,7 @@ void FaceCells::place_quadrature(Face& face) {
     const AreaIntegrals& own = about_centroid_[i];
     const double xx = own.xx / areas_[i], xy = own.xy / areas_[i], yy = own.yy / areas_[i];
     const double mean = (xx + yy) / 2, apart = std::hypot((xx - yy) / 2, xy);
-    const double turn = apart > kRound * mean ? 0.5 * std::atan2(2.0 * xy, xx - yy) : 0.0;
+    const double turn = apart > kRound * mean ? principal_angle(xx, xy, yy) : 0.0;
     const double u = std::cos(turn), v = std::sin(turn);
     const double longer = std::sqrt(2 * (mean + apart)), shorter = std::sqrt(2 * std::max(mean - apart, 0.0));
     add_quadrature(face.centroids[i], {u, v}, longer, shorter, face.quadrature);

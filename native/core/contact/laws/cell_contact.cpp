@@ -6,6 +6,7 @@
 
 #include "contact/solvers/bearing.hpp"
 #include "geometry/tangent_plane.hpp"
+#include "linalg/angles.hpp"
 #include "linalg/small.hpp"
 
 namespace mjtactile {
@@ -43,7 +44,7 @@ CellContact::Row::Row(const std::vector<Point>& points) {
   for (const Point& point : points) xx += point.x * point.x, xy += point.x * point.y, yy += point.y * point.y;
   const double mean = (xx + yy) / 2, apart = std::hypot((xx - yy) / 2, xy);
   if (mean - apart > kInRow * kInRow * (mean + apart)) return;
-  const double angle = 0.5 * std::atan2(2.0 * xy, xx - yy);
+  const double angle = principal_angle(xx, xy, yy);
   along_ = {std::cos(angle), std::sin(angle)};
   is_row_ = true;
 }
@@ -194,7 +195,7 @@ void CellContact::drop_open_tilt(double most, double* slopes) const {
     const double x = points_[i].x - middle.x / count, y = points_[i].y - middle.y / count;
     xx += x * x, xy += x * y, yy += y * y;
   }
-  const double angle = std::atan2(2.0 * xy, xx - yy) / 2.0, c = std::cos(angle), s = std::sin(angle);
+  const double angle = principal_angle(xx, xy, yy), c = std::cos(angle), s = std::sin(angle);
   const double along = c * slopes[0] + s * slopes[1], kept = std::abs(along) <= most ? along : 0.0;
   slopes[0] = kept * c, slopes[1] = kept * s;
 }
